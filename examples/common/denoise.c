@@ -1,0 +1,633 @@
+#include "common/denoise.h"
+
+#include "common/gpu.h"
+#include "common/half.h"
+#include "common/image.h"
+#include "common/pack.h"
+#include "nrd_vk.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#define TEXEL_BYTES_MAX 16
+
+/* What the packing and unpacking functions see of a frame. */
+typedef struct frame_view {
+    const capture *frame;
+    signal_id reference_signal;
+    float hit_distance[4];    /* A, B, C, D of the denoiser that reads hit distances */
+} frame_view;
+
+/* ---- inputs ---- */
+
+static size_t pixels_of(const capture *frame)
+{
+    return (size_t)frame->width * (size_t)frame->height;
+}
+
+static bool pack_motion(const frame_view *view, void *texels)
+{
+    float *motion[3];
+    uint16_t *out = texels;
+    capture_find_planes(view->frame, "motion", "XYZ", motion);
+    for (size_t i = 0; i < pixels_of(view->frame); i++, out += 4) {
+        for (int k = 0; k < 3; k++)
+            out[k] = half_from_float(motion[k][i]);
+        out[3] = 0;
+    }
+    return true;
+}
+
+static bool pack_guide(const frame_view *view, void *texels)
+{
+    float *normal[3];
+    uint32_t *out = texels;
+    const float *roughness = capture_find_plane(view->frame, "roughness"), *material = capture_find_plane(view->frame, "materialID");
+    capture_find_planes(view->frame, "normal", "XYZ", normal);
+    for (size_t i = 0; i < pixels_of(view->frame); i++) {
+        const float n[3] = { normal[0][i], normal[1][i], normal[2][i] };
+        float id = material && material[i] > 0 ? fminf(material[i], 3.0f) : 0.0f;
+        out[i] = pack_normal_roughness(n, roughness[i], (uint32_t)(id + 0.5f));
+    }
+    return true;
+}
+
+static bool pack_plane(const capture *frame, const char *name, void *texels)
+{
+    memcpy(texels, capture_find_plane(frame, name), pixels_of(frame) * sizeof(float));
+    return true;
+}
+
+static bool pack_view_z(const frame_view *view, void *texels)
+{
+    return pack_plane(view->frame, "viewZ", texels);
+}
+
+static bool pack_diffuse_confidence(const frame_view *view, void *texels)
+{
+    return pack_plane(view->frame, "diffuse.confidence", texels);
+}
+
+static bool pack_diffuse(const frame_view *view, void *texels)
+{
+    float *colour[3];
+    uint16_t *out = texels;
+    const float *hit = capture_find_plane(view->frame, "diffuse.hitT"), *z = capture_find_plane(view->frame, "viewZ");
+    capture_find_planes(view->frame, "diffuse", "RGB", colour);
+    for (size_t i = 0; i < pixels_of(view->frame); i++, out += 4) {
+        const float rgb[3] = { colour[0][i], colour[1][i], colour[2][i] };
+        pack_radiance_hit_dist(rgb, pack_normalize_hit_dist(hit[i], z[i], 1.0f, view->hit_distance), out);
+    }
+    return true;
+}
+
+static bool pack_signal(const frame_view *view, void *texels)
+{
+    image m;
+    float *out = texels;
+    if (!signal_get(view->frame, NULL, view->reference_signal, SOURCE_NOISY, &m))
+        return false;
+    for (size_t i = 0; i < image_pixels(&m); i++, out += 4) {
+        for (int k = 0; k < 3; k++)
+            out[k] = m.planes[m.channels == 1 ? 0 : k][i];
+        out[3] = 1;
+    }
+    image_destroy(&m);
+    return true;
+}
+
+typedef struct input_row {
+    nrd_resource resource;
+    VkFormat format;
+    bool (*pack)(const frame_view *view, void *texels); /* false: out of memory */
+    const char *planes[5]; /* what it is packed from */
+} input_row;
+
+static const input_row inputs[] = {
+    { NRD_RESOURCE_IN_MV, VK_FORMAT_R16G16B16A16_SFLOAT, pack_motion, { "motion.X", "motion.Y", "motion.Z" } },
+    { NRD_RESOURCE_IN_NORMAL_ROUGHNESS, VK_FORMAT_A2B10G10R10_UNORM_PACK32, pack_guide,
+      { "normal.X", "normal.Y", "normal.Z", "roughness" } },
+    { NRD_RESOURCE_IN_VIEWZ, VK_FORMAT_R32_SFLOAT, pack_view_z, { "viewZ" } },
+    { NRD_RESOURCE_IN_DIFF_RADIANCE_HITDIST, VK_FORMAT_R16G16B16A16_SFLOAT, pack_diffuse,
+      { "diffuse.R", "diffuse.G", "diffuse.B", "diffuse.hitT", "viewZ" } },
+    { NRD_RESOURCE_IN_DIFF_CONFIDENCE, VK_FORMAT_R32_SFLOAT, pack_diffuse_confidence, { "diffuse.confidence" } },
+    { NRD_RESOURCE_IN_SIGNAL, VK_FORMAT_R32G32B32A32_SFLOAT, pack_signal, { NULL } },
+};
+
+/* ---- outputs ---- */
+
+static void unpack_radiance(const void *texels, size_t i, float rgbw[4])
+{
+    pack_unpack_radiance_hit_dist((const uint16_t *)texels + 4 * i, rgbw);
+}
+
+static void unpack_signal(const void *texels, size_t i, float rgbw[4])
+{
+    memcpy(rgbw, (const float *)texels + 4 * i, 4 * sizeof *rgbw);
+}
+
+typedef struct output_row {
+    nrd_resource resource;
+    signal_id signal;        /* SIGNAL_COUNT: the reference's */
+    signal_id occlusion;     /* what w is, SIGNAL_COUNT: nothing of the capture format */
+    bool keeps_sky;          /* pixels of the sky are not written */
+    void (*unpack)(const void *texels, size_t pixel, float rgbw[4]);
+} output_row;
+
+static const output_row outputs[] = {
+    { NRD_RESOURCE_OUT_DIFF_RADIANCE_HITDIST, SIGNAL_DIFFUSE, SIGNAL_AO, true, unpack_radiance },
+    { NRD_RESOURCE_OUT_SIGNAL, SIGNAL_COUNT, SIGNAL_COUNT, false, unpack_signal },
+};
+
+#define COUNT(array) (sizeof(array) / sizeof *(array))
+
+/* ---- instances ---- */
+
+struct denoise {
+    denoise_desc desc;
+    gpu g;
+    nrd *instance;
+    nrd_vk *vk;
+    bool first;
+    gpu_image images[NRD_RESOURCE_COUNT]; /* those in use have a view */
+    nrd_vk_timing *raw_timings;
+    denoise_timing *timings;
+    uint32_t timing_count;
+    void *texels;
+    int width, height;
+    denoise_sink sink;
+};
+
+static void keep_message(void *user, nrd_severity severity, nrd_result result, const char *text)
+{
+    denoise_sink *sink = user;
+    (void)result;
+    if (severity == NRD_SEVERITY_ERROR && sink->text && sink->size)
+        snprintf(sink->text, sink->size, "%s", text);
+}
+
+static bool say(char *error, size_t error_size, const char *text)
+{
+    if (error && error_size)
+        snprintf(error, error_size, "%s", text);
+    return false;
+}
+
+/* Keeps a message that nrd.h has given; otherwise says what the result means. */
+static bool check(nrd_result result, const denoise_sink *sink)
+{
+    if (result == NRD_RESULT_OK)
+        return true;
+    return sink->text && sink->size && sink->text[0] ? false : say(sink->text, sink->size, nrd_result_string(result));
+}
+
+/* The settings struct of any denoiser. */
+typedef union settings_block {
+#define SETTINGS_MEMBER(name, text, settings) settings name;
+    NRD_DENOISERS(SETTINGS_MEMBER)
+#undef SETTINGS_MEMBER
+} settings_block;
+
+static void resolve_settings(const denoise_desc *desc, nrd_denoiser owner, double metres_per_unit, settings_block *out)
+{
+    nrd_settings_defaults(owner, out);
+    settings_apply(desc->settings, desc->setting_count, owner, metres_per_unit, out);
+}
+
+static bool has_confidence(const capture *frame)
+{
+    return capture_find_plane(frame, "diffuse.confidence") != NULL;
+}
+
+/* Only what is asked for: what is not declared costs nothing. */
+static uint32_t features_for(const denoise_desc *desc, const capture *frame)
+{
+    static const struct { const char *name; uint32_t feature; } by_setting[] = {
+        { "split_screen", NRD_FEATURE_SPLIT_SCREEN },
+        { "diffuse_prepass_blur_radius", NRD_FEATURE_PREPASS },
+    };
+    uint32_t features = has_confidence(frame) ? NRD_FEATURE_HISTORY_CONFIDENCE : 0;
+    for (uint32_t i = 0; i < desc->setting_count; i++)
+        for (size_t k = 0; k < COUNT(by_setting); k++)
+            if (!strcmp(desc->settings[i].name, by_setting[k].name) && desc->settings[i].value > 0)
+                features |= by_setting[k].feature;
+    return features;
+}
+
+nrd *denoise_make_instance(const denoise_desc *desc, const capture *frame, denoise_sink *sink)
+{
+    nrd_denoiser_desc denoisers[DENOISE_MAX_DENOISERS];
+    nrd_desc nd = { 0 };
+    nrd *instance = NULL;
+    for (uint32_t i = 0; i < desc->denoiser_count; i++) {
+        denoisers[i].identifier = i;
+        denoisers[i].denoiser = desc->denoisers[i];
+    }
+    nd.width = (uint32_t)frame->width;
+    nd.height = (uint32_t)frame->height;
+    nd.denoisers = denoisers;
+    nd.denoiser_count = desc->denoiser_count;
+    nd.features = features_for(desc, frame);
+    nd.normal_encoding = NRD_NORMAL_FORMAT_RGB10A2_UNORM;
+    nd.roughness_encoding = NRD_ROUGHNESS_FORMAT_LINEAR;
+    nd.message = keep_message;
+    nd.message_user = sink;
+    bool ok = check(nrd_create(&nd, &instance), sink);
+    for (uint32_t i = 0; i < desc->denoiser_count && ok; i++) {
+        settings_block settings;
+        resolve_settings(desc, desc->denoisers[i], frame->metres_per_unit, &settings);
+        ok = check(nrd_set_settings(instance, i, &settings), sink);
+    }
+    if (!ok) {
+        nrd_destroy(instance);
+        instance = NULL;
+    }
+    return instance;
+}
+
+/* ---- checks ---- */
+
+static signal_id signal_of(const denoise_desc *desc, const output_row *row)
+{
+    return row->signal == SIGNAL_COUNT ? desc->reference_signal : row->signal;
+}
+
+static bool check_inputs(const denoise_desc *desc, const nrd *instance, const capture *frame, const char *path, denoise_sink *sink)
+{
+    for (size_t i = 0; i < COUNT(inputs); i++) {
+        size_t count = 0;
+        if (!nrd_uses_resource(instance, inputs[i].resource))
+            continue;
+        while (count < COUNT(inputs[i].planes) && inputs[i].planes[count])
+            count++;
+        if (!capture_require(frame, path, 0, inputs[i].planes, count, sink->text, sink->size))
+            return false;
+        if (inputs[i].resource == NRD_RESOURCE_IN_SIGNAL
+            && !signal_require(frame, path, desc->reference_signal, sink->text, sink->size))
+            return false;
+    }
+    return true;
+}
+
+/* Adds what the outputs of one instance are to `written`; refuses what is there already. */
+static bool claim_outputs(const denoise_desc *desc, const nrd *instance, bool *written, denoise_sink *sink)
+{
+    for (size_t i = 0; i < COUNT(outputs); i++) {
+        signal_id signal = signal_of(desc, &outputs[i]);
+        if (!nrd_uses_resource(instance, outputs[i].resource))
+            continue;
+        if (written[signal]) {
+            snprintf(sink->text, sink->size, "two denoisers would both write %s", signal_name(signal));
+            return false;
+        }
+        written[signal] = true;
+    }
+    return true;
+}
+
+static bool check_outputs(const denoise_desc *desc, const capture *frame, denoise_sink *sink)
+{
+    bool written[SIGNAL_COUNT] = { false }, ok = true;
+    for (uint32_t i = 0; i < desc->denoiser_count && ok; i++) {
+        denoise_desc one = *desc;
+        one.denoisers[0] = desc->denoisers[i];
+        one.denoiser_count = 1;
+        nrd *instance = denoise_make_instance(&one, frame, sink);
+        ok = instance && claim_outputs(desc, instance, written, sink);
+        nrd_destroy(instance);
+    }
+    return ok;
+}
+
+static bool check_frame(const denoise_desc *desc, const nrd *instance, const capture *frame, const char *path, denoise_sink *sink)
+{
+    return capture_require(frame, path, CAPTURE_HAS_CAMERA | CAPTURE_HAS_DENOISING_RANGE, NULL, 0, sink->text, sink->size)
+        && check_inputs(desc, instance, frame, path, sink);
+}
+
+bool denoise_check(const denoise_desc *desc, const capture *frame, const char *path, char *error, size_t error_size)
+{
+    denoise_sink sink = { error, error_size };
+    say(error, error_size, "");
+    nrd *instance = denoise_make_instance(desc, frame, &sink);
+    bool ok = instance && check_frame(desc, instance, frame, path, &sink) && check_outputs(desc, frame, &sink);
+    nrd_destroy(instance);
+    return ok;
+}
+
+/* ---- creation ---- */
+
+static VkFormat format_of(nrd_resource resource)
+{
+    for (size_t i = 0; i < COUNT(inputs); i++)
+        if (inputs[i].resource == resource)
+            return inputs[i].format;
+    return nrd_vk_format(nrd_resource_format(resource));
+}
+
+static bool create_images(denoise *d)
+{
+    for (int i = 0; i < NRD_RESOURCE_COUNT; i++) {
+        nrd_resource resource = (nrd_resource)i;
+        const char *name = nrd_resource_name(resource);
+        if (!nrd_uses_resource(d->instance, resource))
+            continue;
+        if (!gpu_image_create(&d->g, (uint32_t)d->width, (uint32_t)d->height, format_of(resource), name, &d->images[i]))
+            return say(d->sink.text, d->sink.size, gpu_error(&d->g));
+    }
+    return true;
+}
+
+static bool create_runtime(denoise *d)
+{
+    nrd_vk_desc desc = { 0 };
+    desc.instance = d->instance;
+    desc.vk_instance = d->g.instance;
+    desc.physical = d->g.physical;
+    desc.device = d->g.device;
+    desc.get_instance_proc = d->g.get_instance_proc;
+    desc.frames_in_flight = 1;
+    desc.queue_family = d->g.family;
+    desc.flags = NRD_VK_TIMESTAMPS | (d->desc.validate ? NRD_VK_DEBUG_NAMES : 0);
+    return check(nrd_vk_check_device(d->instance, d->g.instance, d->g.physical, d->g.get_instance_proc), &d->sink)
+        && check(nrd_vk_create(&desc, &d->vk), &d->sink);
+}
+
+static bool create_parts(denoise *d, const capture *frame)
+{
+    gpu_desc device = { d->desc.device_index, d->desc.validate, d->desc.validate };
+    char reason[256];
+    if (!gpu_open(&d->g, &device, reason, sizeof reason)) {
+        snprintf(d->sink.text, d->sink.size, "cannot open a Vulkan device: %s", reason);
+        return false;
+    }
+    d->instance = denoise_make_instance(&d->desc, frame, &d->sink);
+    if (!d->instance || !create_runtime(d) || !create_images(d))
+        return false;
+    uint32_t passes = nrd_get_info(d->instance)->pass_count;
+    d->raw_timings = calloc(passes, sizeof *d->raw_timings);
+    d->timings = calloc(passes, sizeof *d->timings);
+    d->texels = malloc(pixels_of(frame) * TEXEL_BYTES_MAX);
+    return (d->raw_timings && d->timings && d->texels) || say(d->sink.text, d->sink.size, "out of memory");
+}
+
+denoise *denoise_create(const denoise_desc *desc, const capture *frame, char *error, size_t error_size)
+{
+    denoise *d = calloc(1, sizeof *d);
+    if (!d) {
+        say(error, error_size, "out of memory");
+        return NULL;
+    }
+    d->desc = *desc;
+    d->first = true;
+    d->width = frame->width;
+    d->height = frame->height;
+    d->sink = (denoise_sink){ error, error_size };
+    say(error, error_size, "");
+    if (!create_parts(d, frame)) {
+        denoise_destroy(d);
+        return NULL;
+    }
+    d->sink = (denoise_sink){ NULL, 0 };
+    return d;
+}
+
+void denoise_destroy(denoise *d)
+{
+    if (!d)
+        return;
+    nrd_vk_destroy(d->vk);
+    nrd_destroy(d->instance);
+    for (int i = 0; i < NRD_RESOURCE_COUNT; i++)
+        gpu_image_destroy(&d->g, &d->images[i]);
+    gpu_close(&d->g);
+    free(d->raw_timings);
+    free(d->timings);
+    free(d->texels);
+    free(d);
+}
+
+/* ---- one frame ---- */
+
+static frame_view view_of(const denoise *d, const capture *frame)
+{
+    static const char *const names[4] = { "hit_distance_a", "hit_distance_b", "hit_distance_c", "hit_distance_d" };
+    frame_view view = { frame, d->desc.reference_signal, { 0 } };
+    for (uint32_t i = 0; i < d->desc.denoiser_count; i++) {
+        settings_block settings;
+        resolve_settings(&d->desc, d->desc.denoisers[i], frame->metres_per_unit, &settings);
+        for (int k = 0; k < 4; k++) {
+            double value;
+            if (settings_get(d->desc.denoisers[i], &settings, names[k], &value))
+                view.hit_distance[k] = (float)value;
+        }
+    }
+    return view;
+}
+
+static bool upload_inputs(denoise *d, const frame_view *view)
+{
+    for (size_t i = 0; i < COUNT(inputs); i++) {
+        gpu_image *target = &d->images[inputs[i].resource];
+        if (!target->view)
+            continue;
+        if (!inputs[i].pack(view, d->texels))
+            return say(d->sink.text, d->sink.size, "out of memory");
+        if (!gpu_upload(&d->g, target, d->texels))
+            return say(d->sink.text, d->sink.size, gpu_error(&d->g));
+    }
+    return true;
+}
+
+/* OpenEXR matrices are row-major for row vectors: the same bytes as nrd.h's column-major for column vectors. */
+static bool set_frame(denoise *d, const capture *frame, uint32_t index)
+{
+    nrd_frame f = nrd_frame_defaults();
+    memcpy(f.camera.view_to_clip, frame->camera_to_clip, sizeof f.camera.view_to_clip);
+    memcpy(f.camera.world_to_view, frame->world_to_camera, sizeof f.camera.world_to_view);
+    memcpy(f.camera.jitter, frame->jitter, sizeof f.camera.jitter);
+    f.frame_index = index;
+    f.denoising_range = frame->denoising_range;
+    f.motion_mode = NRD_MOTION_2_5D;
+    f.history_confidence_available = d->images[NRD_RESOURCE_IN_DIFF_CONFIDENCE].view != VK_NULL_HANDLE;
+    settings_apply(d->desc.settings, d->desc.setting_count, SETTINGS_OF_FRAME, 1.0, &f);
+    if (d->first || frame->cut)
+        f.restart = 1;
+    d->first = false;
+    return check(nrd_set_frame(d->instance, &f), &d->sink);
+}
+
+static bool run_passes(denoise *d)
+{
+    nrd_vk_image images[NRD_RESOURCE_COUNT];
+    nrd_vk_frame frame = { 0 };
+    memset(images, 0, sizeof images);
+    for (int i = 0; i < NRD_RESOURCE_COUNT; i++) {
+        const gpu_image *from = &d->images[i];
+        nrd_vk_image *to = &images[frame.image_count];
+        if (!from->view)
+            continue;
+        frame.image_count++;
+        to->resource = (nrd_resource)i;
+        to->image = from->image;
+        to->view = from->view;
+        to->format = from->format;
+        to->width = from->width;
+        to->height = from->height;
+        to->layout_in = from->layout;
+    }
+    frame.images = images;
+    VkCommandBuffer commands = gpu_begin(&d->g);
+    if (!commands)
+        return say(d->sink.text, d->sink.size, gpu_error(&d->g));
+    if (!check(nrd_vk_record(d->vk, commands, &frame), &d->sink))
+        return false;
+    return gpu_submit_and_wait(&d->g) || say(d->sink.text, d->sink.size, gpu_error(&d->g));
+}
+
+static bool take_timings(denoise *d)
+{
+    uint32_t passes = nrd_get_info(d->instance)->pass_count;
+    if (!check(nrd_vk_timings(d->vk, 0, d->raw_timings, passes, &d->timing_count), &d->sink))
+        return false;
+    for (uint32_t i = 0; i < d->timing_count; i++) {
+        d->timings[i].pass = d->raw_timings[i].name;
+        d->timings[i].milliseconds = d->raw_timings[i].nanoseconds * 1e-6;
+    }
+    return true;
+}
+
+/* ---- results ---- */
+
+static bool is_sky(const capture *frame, const float *view_z, size_t i)
+{
+    return view_z && fabsf(view_z[i]) >= frame->denoising_range;
+}
+
+/* Texels to an image of the signal, and w to `occlusion` (NULL: not wanted). */
+static bool unpack_output(const denoise *d, const output_row *row, const capture *frame, image *out, image *occlusion)
+{
+    const float *view_z = row->keeps_sky ? capture_find_plane(frame, "viewZ") : NULL;
+    signal_id signal = signal_of(&d->desc, row);
+    if (!signal_get(frame, NULL, signal, SOURCE_NOISY, out))
+        return false;
+    if (occlusion && !signal_get(frame, NULL, row->occlusion, SOURCE_NOISY, occlusion))
+        return false;
+    for (size_t i = 0; i < image_pixels(out); i++) {
+        float rgbw[4];
+        if (is_sky(frame, view_z, i))
+            continue;
+        row->unpack(d->texels, i, rgbw);
+        for (int k = 0; k < out->channels; k++)
+            out->planes[k][i] = rgbw[k];
+        if (occlusion)
+            occlusion->planes[0][i] = rgbw[3];
+    }
+    return true;
+}
+
+static bool add_planes(capture *out, signal_id signal, const image *m)
+{
+    for (int k = 0; k < m->channels; k++) {
+        char name[CAPTURE_NAME_SIZE];
+        snprintf(name, sizeof name, m->channels == 1 ? "%s" : "%s.%c", signal_prefix(signal, SOURCE_DENOISED), "RGB"[k]);
+        float *texels = capture_add_plane(out, name, CAPTURE_HALF);
+        if (!texels)
+            return false;
+        memcpy(texels, m->planes[k], image_pixels(m) * sizeof *texels);
+    }
+    return true;
+}
+
+/* Whether w of the output is the ambient occlusion of the capture format: normalised by 3 metres at every depth. */
+static bool is_ambient_occlusion(const denoise *d, const frame_view *view)
+{
+    settings_block settings;
+    double history_length = 0;
+    for (uint32_t i = 0; i < d->desc.denoiser_count; i++) {
+        resolve_settings(&d->desc, d->desc.denoisers[i], view->frame->metres_per_unit, &settings);
+        settings_get(d->desc.denoisers[i], &settings, "return_history_length_instead_of_occlusion", &history_length);
+    }
+    float metres = view->hit_distance[0] * view->frame->metres_per_unit;
+    return fabsf(metres - 3.0f) < 1e-4f && view->hit_distance[1] == 0 && history_length == 0;
+}
+
+static bool read_output(denoise *d, const output_row *row, const frame_view *view, capture *out, image *signals)
+{
+    image occlusion = { 0 };
+    bool wants_occlusion = row->occlusion != SIGNAL_COUNT && is_ambient_occlusion(d, view);
+    signal_id signal = signal_of(&d->desc, row);
+    if (!gpu_download(&d->g, &d->images[row->resource], d->texels))
+        return say(d->sink.text, d->sink.size, gpu_error(&d->g));
+    bool ok = unpack_output(d, row, view->frame, &signals[signal], wants_occlusion ? &occlusion : NULL)
+        && add_planes(out, signal, &signals[signal]) && (!wants_occlusion || add_planes(out, row->occlusion, &occlusion));
+    image_destroy(&occlusion);
+    return ok || say(d->sink.text, d->sink.size, "out of memory");
+}
+
+/* Adds denoised.final, unless it was denoised itself or the frame lacks what it is composed of. */
+static bool add_final(denoise *d, const capture *frame, const char *path, capture *out, image *signals)
+{
+    float *sun[3];
+    bool has_sun = capture_find_planes(frame, "sun", "RGB", sun), ok = true;
+    image *diffuse = &signals[SIGNAL_DIFFUSE], *specular = &signals[SIGNAL_SPECULAR], *final = &signals[SIGNAL_FINAL];
+    const image *shadow = has_sun ? &signals[SIGNAL_SHADOW] : NULL;
+    if (final->channels || !signal_require(frame, path, SIGNAL_FINAL, NULL, 0))
+        return true;
+    for (int s = 0; s < SIGNAL_FINAL && ok; s++)
+        if (!signals[s].channels && s != SIGNAL_AO && (s != SIGNAL_SHADOW || has_sun))
+            ok = signal_get(frame, NULL, (signal_id)s, SOURCE_NOISY, &signals[s]);
+    ok = ok && signal_compose(frame, diffuse, specular, shadow, final) && add_planes(out, SIGNAL_FINAL, final);
+    return ok || say(d->sink.text, d->sink.size, "out of memory");
+}
+
+static bool read_outputs(denoise *d, const frame_view *view, const char *path, capture *out)
+{
+    image signals[SIGNAL_COUNT] = { { 0 } };
+    const capture *frame = view->frame;
+    bool ok = capture_create(out, frame->width, frame->height);
+    capture_copy_attributes(out, frame);
+    for (size_t i = 0; i < COUNT(outputs) && ok; i++)
+        if (d->images[outputs[i].resource].view)
+            ok = read_output(d, &outputs[i], view, out, signals);
+    ok = ok && add_final(d, frame, path, out, signals);
+    for (int s = 0; s < SIGNAL_COUNT; s++)
+        image_destroy(&signals[s]);
+    if (!ok)
+        capture_destroy(out);
+    return ok;
+}
+
+bool denoise_frame(denoise *d, const capture *frame, const char *path, uint32_t index, capture *out, char *error, size_t error_size)
+{
+    memset(out, 0, sizeof *out);
+    if (frame->width != d->width || frame->height != d->height) {
+        snprintf(error, error_size, "%s: is %dx%d, the first frame is %dx%d", path, frame->width, frame->height, d->width, d->height);
+        return false;
+    }
+    say(error, error_size, "");
+    d->sink = (denoise_sink){ error, error_size };
+    frame_view view = view_of(d, frame);
+    bool ok = check_frame(&d->desc, d->instance, frame, path, &d->sink) && upload_inputs(d, &view)
+        && set_frame(d, frame, index) && run_passes(d) && take_timings(d) && read_outputs(d, &view, path, out);
+    d->sink = (denoise_sink){ NULL, 0 };
+    return ok;
+}
+
+const denoise_timing *denoise_timings(const denoise *d, uint32_t *count)
+{
+    *count = d->timing_count;
+    return d->timings;
+}
+
+const char *denoise_device_name(const denoise *d)
+{
+    return d->g.properties.deviceName;
+}
+
+uint32_t denoise_message_count(const denoise *d)
+{
+    return gpu_message_count(&d->g);
+}

@@ -1,0 +1,97 @@
+// The primary hit: camera ray, motion, the sun's noise-free light and its shadow ray.
+
+#ifndef TRACER_PRIMARY_GLSL
+#define TRACER_PRIMARY_GLSL
+
+#include "path.glsl"
+
+#define PT_STREAM_FRAME 0u
+#define PT_STREAM_REFERENCE 0x5bd1e995u
+
+PT_FN pt_rng pt_pixel_rng(PT_SCENE uint x, uint y, uint stream, uint index)
+{
+    pt_rng rng;
+    rng.seed = pt_hash_combine(pt_hash_combine(x, y), pt_hash_combine(PT_FRAME.frame_index, PT_FRAME.seed ^ stream));
+    rng.index = index;
+    return rng;
+}
+
+PT_FN vec2 pt_pixel_uv(PT_SCENE uint x, uint y, bool jittered)
+{
+    float jx = jittered ? PT_FRAME.jitter[0] : 0.0f;
+    float jy = jittered ? PT_FRAME.jitter[1] : 0.0f;
+    float u = (TO_FLOAT(x) + 0.5f + jx) / TO_FLOAT(PT_FRAME.width);
+    float v = (TO_FLOAT(y) + 0.5f + jy) / TO_FLOAT(PT_FRAME.height);
+    return vec2(u, v);
+}
+
+PT_FN vec3 pt_camera_direction(pt_camera camera, vec2 uv)
+{
+    vec3 right = xyz_of(camera.right) * ((2.0f * uv[0] - 1.0f) * camera.right[3]);
+    vec3 up = xyz_of(camera.up) * ((1.0f - 2.0f * uv[1]) * camera.up[3]);
+    return normalize(right + up + xyz_of(camera.forward));
+}
+
+// (u, v, view z) of a world position.
+PT_FN vec3 pt_project(pt_camera camera, vec3 position)
+{
+    vec3 d = position - xyz_of(camera.position);
+    float z = dot(d, xyz_of(camera.forward));
+    float x = dot(d, xyz_of(camera.right)) / (z * camera.right[3]);
+    float y = dot(d, xyz_of(camera.up)) / (z * camera.up[3]);
+    return vec3(0.5f + 0.5f * x, 0.5f - 0.5f * y, z);
+}
+
+// (u, v) of a direction: where the sky is.
+PT_FN vec3 pt_project_sky(pt_camera camera, vec3 direction)
+{
+    return pt_project(camera, xyz_of(camera.position) + direction);
+}
+
+// 2.5D motion from the two projections of a point. What does not move and is seen by a camera that does not move has a
+// motion of exactly zero, because both projections are then the same arithmetic on the same numbers.
+PT_FN vec3 pt_motion(vec3 projected, vec3 projected_prev) { return projected_prev - projected; }
+
+// Unshadowed light of the sun, both lobes. The disk's size keeps the highlight of a mirror as bright as the disk
+// itself.
+PT_FN vec3 pt_sun_light(PT_SCENE pt_surface s)
+{
+    if (!pt_faces_sun(PT_S s)) return grey(0.0f);
+    s.roughness = max(s.roughness, sqrt(PT_FRAME.sun_direction[3]));
+    return xyz_of(PT_FRAME.sun_irradiance) * pt_eval(s, PT_LOBE_BOTH, 0.5f, xyz_of(PT_FRAME.sun_direction)).value;
+}
+
+// Distance to the nearest occluder towards a random point of the sun; 0 where the surface faces away.
+PT_FN float pt_shadow_ray(PT_SCENE pt_surface s, pt_rng rng)
+{
+    if (!pt_faces_sun(PT_S s)) return 0.0f;
+    vec2 u = pt_random2(rng, PT_PAIR_SUN);
+    vec3 direction = pt_disk_direction(xyz_of(PT_FRAME.sun_direction), PT_FRAME.sun_direction[3], u);
+    pt_hit hit = pt_closest(PT_S s.origin, direction);
+    return hit.triangle == PT_NO_TRIANGLE ? PT_MISS : clamp(hit.t, PT_SURFACE_EPS, PT_MAX_HIT);
+}
+
+PT_STRUCT(pt_reference)
+{
+    vec3 diffuse;  // demodulated
+    vec3 specular; // demodulated
+    float visibility;
+    float openness; // saturate(hit distance / PT_AO_RANGE)
+};
+
+#define PT_AO_RANGE 3.0f // metres; `ref.diffuse.ao` of the capture format
+
+// One sample of everything a reference averages.
+PT_FN pt_reference pt_reference_sample(PT_SCENE pt_surface s, pt_rng rng)
+{
+    pt_lobe diffuse = pt_trace_lobe(PT_S s, PT_LOBE_DIFFUSE, rng, true);
+    pt_lobe specular = pt_trace_lobe(PT_S s, PT_LOBE_SPECULAR, rng, true);
+    pt_reference r;
+    r.diffuse = diffuse.radiance / s.diffuse_factor;
+    r.specular = specular.radiance / s.specular_factor;
+    r.visibility = pt_shadow_ray(PT_S s, rng) >= PT_MISS ? 1.0f : 0.0f;
+    r.openness = min(diffuse.hit_dist / PT_AO_RANGE, 1.0f);
+    return r;
+}
+
+#endif

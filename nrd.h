@@ -1,0 +1,1366 @@
+/* nrd.h - real-time ray-tracing denoisers as data: every pass, texture, constant and dispatch, for any GPU API.
+
+   Do this in ONE C or C++ file, then include the header anywhere:
+       #define NRD_IMPLEMENTATION
+       #include "nrd.h"
+   With Vulkan you need nothing but nrd_vk.h, which runs what this header describes; examples/minimal.c is the whole program.
+
+   WHAT IT DOES NOT DO
+   It knows no graphics API, allocates no GPU memory and records nothing: it says which textures and pipelines exist and, every
+   frame, which dispatches to run with which resources and constants. It does no I/O and uses no libc but math.h and string.h
+   (and malloc/free, unless you bring your own).
+
+   STEP BY STEP
+   1. Fill nrd_desc (size, denoisers) and call nrd_create. Nothing of the GPU is touched.
+   2. nrd_get_info tells every texture, pipeline and byte: create them, or stop here if that is too much.
+   3. Every frame: fill nrd_frame (start from nrd_frame_defaults) and call nrd_set_frame.
+   4. When a setting changes: nrd_set_settings with that denoiser's settings struct (start from its ..._defaults function).
+   5. Every frame: nrd_get_dispatches, and execute the dispatches in order.
+   6. nrd_destroy.
+
+   CONVENTIONS
+   matrices     column-major float[16], column vectors: p_clip = view_to_clip * world_to_view * p_world. Element (row r, column c) is
+                m[4 * c + r]. Row-major with row vectors has the same bytes. view_to_clip is not jittered; perspective or orthographic, left- or
+                right-handed, z/w in [0,1], normal or reversed, infinite far plane allowed: all of it is read off the matrix.
+   uv           (pixel + 0.5) / rect, y down, row 0 is the top of the picture.
+   clip y       NRD_CLIP_Y_AUTO takes view space as +y up: view_to_clip[5] > 0 is "clip y up" (D3D, GL), < 0 "clip y down" (Vulkan).
+   view z       IN_VIEWZ * view_z_scale, either sign; abs() of it is used. Sky: any value with abs >= denoising_range.
+   motion       previous minus current, not jittered: 2D   uv_prev = uv + motion.xy,
+                2.5D  also view_z_prev = view_z + motion.z (same sign as view z; use this), world   X_prev = X + motion.xyz.
+   jitter       in pixels: the ray of pixel p went through p + 0.5 + jitter.
+   radiance     linear, not exposed, demodulated: divided by the material factors of nrd_material_factors() in nrd.glsl.
+   hit distance from the primary hit to the next hit, world units, packed by nrd_pack_radiance_hit_dist() in nrd.glsl.
+   units        lengths in world units; defaults assume metres.
+
+   ERRORS, MEMORY, THREADS
+   Every function that can fail returns nrd_result; nrd_desc.message also gets one line with the field, its value and what is allowed.
+   A call that fails changes nothing. Memory is taken in nrd_create only, in one block. No globals: instances are independent, one
+   instance is used by one thread at a time.
+
+   NAMES
+   NVIDIA's denoiser library also has a header called NRD.h and NRD_ macros: keep the two in different include paths and files.
+
+   MIT licence, see LICENSE. */
+#ifndef NRD_H
+#define NRD_H
+
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#ifndef NRD_DECL
+#ifdef NRD_STATIC
+#define NRD_DECL static inline
+#else
+#define NRD_DECL extern
+#endif
+#endif
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+#define NRD_RELEASE "0.1.0"
+
+/* ---------------------------------------------------------------------------------------------------------------------------
+   What C and GLSL share: `make shared` cuts this block into nrd_shaders/common/nrd_shared.glsl.
+   >>shared begin */
+/* How IN_NORMAL_ROUGHNESS is packed (nrd.glsl packs it). SNORM16 also means float textures. */
+#define NRD_NORMAL_FORMAT_RGB10A2_UNORM 0
+#define NRD_NORMAL_FORMAT_RGBA8_UNORM   1
+#define NRD_NORMAL_FORMAT_RGBA8_SNORM   2
+#define NRD_NORMAL_FORMAT_RGBA16_UNORM  3
+#define NRD_NORMAL_FORMAT_RGBA16_SNORM  4
+#define NRD_ROUGHNESS_FORMAT_LINEAR      0
+#define NRD_ROUGHNESS_FORMAT_SQ_LINEAR   1
+#define NRD_ROUGHNESS_FORMAT_SQRT_LINEAR 2
+
+/* nrd_frame.motion_mode, see CONVENTIONS. */
+#define NRD_MOTION_2D    0
+#define NRD_MOTION_2_5D  1
+#define NRD_MOTION_WORLD 2
+
+/* Optional inputs and passes an app may declare in nrd_desc.features; what is not declared is not compiled, bound or allocated. */
+#define NRD_FEATURE_HISTORY_CONFIDENCE         1
+#define NRD_FEATURE_DISOCCLUSION_THRESHOLD_MIX 2
+#define NRD_FEATURE_PREPASS                    4
+#define NRD_FEATURE_SPLIT_SCREEN               8
+#define NRD_FEATURE_ALL                        15
+
+/* Specialization constants of the pipelines: X(name, id). */
+#define NRD_SPEC_CONSTANTS(X) \
+    X(NORMAL_FORMAT, 0) \
+    X(ROUGHNESS_FORMAT, 1) \
+    X(FEATURES, 2)
+
+/* The constant block of every pass (uniform buffer, binding 0, std140 = C layout): X(type, name).
+   Only mat4, vec4 and 32-bit scalars, every vec4 on a multiple of 16 bytes. World space is relative to the current camera. */
+#define NRD_CONSTANTS(X) \
+    X(mat4, view_to_world)          /* rotation only */ \
+    X(mat4, world_to_view_prev)     /* from the current camera-relative world */ \
+    X(mat4, view_to_view_prev) \
+    X(vec4, frustum)                /* view xy = frustum.xy + uv * frustum.zw, times view z unless orthographic */ \
+    X(vec4, frustum_prev) \
+    X(vec4, motion_scale) \
+    X(vec4, hit_distance)           /* A, B, C, D of nrd_hit_dist_scale */ \
+    X(vec4, jitter_delta)           /* xy: current - previous, px */ \
+    X(uint, rect_width) X(uint, rect_height) X(uint, rect_width_prev) X(uint, rect_height_prev) \
+    X(uint, rect_origin_x) X(uint, rect_origin_y) X(uint, frame_index) X(uint, reset) \
+    X(float, orthographic) X(float, orthographic_prev) X(float, pixel_unproject) X(float, view_z_scale) \
+    X(float, denoising_range) X(float, disocclusion_threshold) X(float, disocclusion_threshold_alternate) X(float, split_screen) \
+    X(uint, motion_mode) X(uint, history_frames) X(float, max_accumulated_frames) X(float, max_stabilized_frames) \
+    X(float, history_fix_frames) X(float, max_blur_radius) X(float, prepass_blur_radius) X(float, luminance_sigma_scale) \
+    X(float, plane_distance_sensitivity) X(float, normal_sensitivity) X(float, antilag_sigma_scale) X(float, antilag_sensitivity) \
+    X(float, stabilization_sigma_scale) X(float, feedback_frames) X(uint, min_material) X(uint, flags) \
+    X(float, denoising_range_prev) X(float, unused_0) X(float, unused_1) X(float, unused_2)
+
+/* nrd_constants.flags */
+#define NRD_FLAG_HISTORY_CONFIDENCE  1u
+#define NRD_FLAG_DISOCCLUSION_MIX    2u
+#define NRD_FLAG_ANTI_FIREFLY        4u
+#define NRD_FLAG_RETURN_HISTORY      8u
+#define NRD_FLAG_ANTILAG            16u
+#define NRD_FLAG_PREPASS            32u
+
+/* Push constants of every pass: 16 bytes. */
+#define NRD_PUSH_CONSTANTS(X) X(int, step_size) X(uint, iteration) X(uint, last) X(uint, unused)
+/* >>shared end */
+
+/* ---------------------------------------------------------------------------------------------------------------------------
+   Results and messages  >>results */
+#define NRD_RESULTS(X) \
+    X(OK, "ok") \
+    X(INVALID_ARGUMENT, "an argument is missing or outside its range") \
+    X(OUT_OF_MEMORY, "the allocator returned NULL") \
+    X(UNKNOWN_DENOISER, "no denoiser has this identifier or name") \
+    X(DUPLICATE_IDENTIFIER, "two denoisers of one instance have the same identifier") \
+    X(FRAME_NOT_SET, "nrd_get_dispatches was called before nrd_set_frame") \
+    X(UNSUPPORTED_DEVICE, "the device lacks something the denoisers need") \
+    X(MISSING_RESOURCE, "a resource that a denoiser needs was not given") \
+    X(DEVICE_ERROR, "the graphics API returned an error")
+typedef enum nrd_result {
+#define NRDI_X(name, text) NRD_RESULT_##name,
+    NRD_RESULTS(NRDI_X)
+#undef NRDI_X
+    NRD_RESULT_COUNT
+} nrd_result;
+
+typedef enum nrd_severity { NRD_SEVERITY_WARNING, NRD_SEVERITY_ERROR } nrd_severity;
+
+NRD_DECL const char *nrd_result_string(nrd_result result);
+
+/* ---------------------------------------------------------------------------------------------------------------------------
+   Denoisers and their resources  >>resources */
+/* X(enum name, name on command lines, settings struct) */
+#define NRD_DENOISERS(X) \
+    X(REFERENCE, "reference", nrd_reference_settings) \
+    X(REBLUR_DIFFUSE, "reblur_diffuse", nrd_reblur_settings)
+typedef enum nrd_denoiser {
+#define NRDI_X(name, text, settings) NRD_DENOISER_##name,
+    NRD_DENOISERS(NRDI_X)
+#undef NRDI_X
+    NRD_DENOISER_COUNT
+} nrd_denoiser;
+
+/* Images that the app owns. X(name, storage format or 0 for any sampled float format, text)
+   IN_ images are only sampled. OUT_ images are written as storage images of exactly this format.
+   Inputs are nrd_desc.width x height; pixels outside the rectangle, and noisy pixels of the sky, are never read and may hold anything.
+   Guides hold no NaN or Inf inside the rectangle. */
+#define NRD_RESOURCES(X) \
+    X(IN_MV, 0, "surface motion, see CONVENTIONS; RGBA16F") \
+    X(IN_NORMAL_ROUGHNESS, 0, "world normal, linear roughness, material id as nrd_pack_normal_roughness packs them; A2B10G10R10") \
+    X(IN_VIEWZ, 0, "linear view depth of the primary hit; R32F (R16F with view_z_scale)") \
+    X(IN_DIFF_RADIANCE_HITDIST, 0, "nrd_pack_radiance_hit_dist(): demodulated noisy radiance and normalised hit distance; RGBA16F") \
+    X(IN_DIFF_CONFIDENCE, 0, "trust in history, [0,1], 0 restarts; any size, covers the rectangle; R8") \
+    X(IN_DISOCCLUSION_THRESHOLD_MIX, 0, "[0,1] from disocclusion_threshold to disocclusion_threshold_alternate; R8") \
+    X(IN_SIGNAL, 0, "anything to be averaged (REFERENCE)") \
+    X(OUT_DIFF_RADIANCE_HITDIST, NRD_FORMAT_RGBA16_FLOAT, "nrd_unpack_radiance_hit_dist(): denoised radiance and hit distance. Also scratch within the frame") \
+    X(OUT_SIGNAL, NRD_FORMAT_RGBA32_FLOAT, "mean of IN_SIGNAL")
+typedef enum nrd_resource {
+#define NRDI_X(name, format, text) NRD_RESOURCE_##name,
+    NRD_RESOURCES(NRDI_X)
+#undef NRDI_X
+    NRD_RESOURCE_COUNT,
+    NRD_RESOURCE_INTERNAL = NRD_RESOURCE_COUNT /* nrd_binding.texture says which of nrd_info.textures */
+} nrd_resource;
+
+/* X(name, bytes per texel, is unsigned integer) */
+#define NRD_FORMATS(X) \
+    X(ANY, 0, 0) X(R8_UNORM, 1, 0) X(R16_FLOAT, 2, 0) X(R32_FLOAT, 4, 0) X(R32_UINT, 4, 1) X(RG32_UINT, 8, 1) X(RGBA16_FLOAT, 8, 0) X(RGBA32_FLOAT, 16, 0)
+typedef enum nrd_format {
+#define NRDI_X(name, bytes, is_uint) NRD_FORMAT_##name,
+    NRD_FORMATS(NRDI_X)
+#undef NRDI_X
+    NRD_FORMAT_COUNT
+} nrd_format;
+
+NRD_DECL const char *nrd_denoiser_name(nrd_denoiser denoiser);              /* "reblur_diffuse"; NULL when out of range */
+NRD_DECL nrd_result nrd_find_denoiser(const char *name, nrd_denoiser *out); /* by that name */
+NRD_DECL const char *nrd_resource_name(nrd_resource resource);              /* "IN_MV"; NULL when out of range */
+NRD_DECL const char *nrd_resource_text(nrd_resource resource);              /* what it holds, one line */
+NRD_DECL nrd_format nrd_resource_format(nrd_resource resource);             /* storage format of an OUT_ image, NRD_FORMAT_ANY for inputs */
+NRD_DECL uint32_t nrd_format_bytes(nrd_format format);                      /* per texel */
+NRD_DECL bool nrd_format_is_uint(nrd_format format);
+
+/* ---------------------------------------------------------------------------------------------------------------------------
+   Settings  >>settings */
+/* X(type, name, default, min, max, unit, text): type is float or uint; 0/1 switches are uint. Values outside [min, max] and NaN are refused. */
+#define NRD_FRAME_SETTINGS(X) \
+    X(float, view_z_scale, 1.0f, 1e-6f, 1e6f, "", "view z = IN_VIEWZ * this") \
+    X(float, denoising_range, 500000.0f, 1e-3f, 1e9f, "units", "pixels with abs(view z) at or above it are sky: not read, not written") \
+    X(float, disocclusion_threshold, 0.01f, 0.001f, 0.5f, "of the view's extent at that depth", "plane distance at which history is refused") \
+    X(float, disocclusion_threshold_alternate, 0.05f, 0.001f, 0.5f, "of the view's extent at that depth", "the same where IN_DISOCCLUSION_THRESHOLD_MIX is 1") \
+    X(float, split_screen, 0.0f, 0.0f, 1.0f, "of the width", "left part that shows the noisy input; 0 off (needs NRD_FEATURE_SPLIT_SCREEN)") \
+    X(uint, motion_mode, NRD_MOTION_2_5D, 0, 2, "", "NRD_MOTION_2D, NRD_MOTION_2_5D or NRD_MOTION_WORLD") \
+    X(float, motion_scale_x, 1.0f, -1e6f, 1e6f, "", "multiplies IN_MV.x; 1/width for motion in pixels") \
+    X(float, motion_scale_y, 1.0f, -1e6f, 1e6f, "", "multiplies IN_MV.y") \
+    X(float, motion_scale_z, 1.0f, -1e6f, 1e6f, "", "multiplies IN_MV.z") \
+    X(uint, restart, 0, 0, 1, "", "1: forget all history (camera cut)") \
+    X(uint, history_confidence_available, 0, 0, 1, "", "1: IN_DIFF_CONFIDENCE is bound (needs NRD_FEATURE_HISTORY_CONFIDENCE)") \
+    X(uint, disocclusion_threshold_mix_available, 0, 0, 1, "", "1: IN_DISOCCLUSION_THRESHOLD_MIX is bound (needs the feature)")
+
+#define NRD_REFERENCE_SETTINGS(X) \
+    X(uint, max_accumulated_frames, 4095, 0, 65535, "frames", "exact mean up to here, exponential beyond; restarts when the camera or the rectangle changes")
+
+#define NRD_REBLUR_SETTINGS(X) \
+    X(float, hit_distance_a, 3.0f, 1e-4f, 1e6f, "units", "hit distance that normalises to 1 at view z 0 (same value as in nrd_normalize_hit_dist)") \
+    X(float, hit_distance_b, 0.1f, 0.0f, 1e3f, "", "its growth with view z") \
+    X(float, hit_distance_c, 20.0f, 1.0f, 1e3f, "", "its factor at roughness 0") \
+    X(float, hit_distance_d, -25.0f, -1e3f, 0.0f, "", "how fast that factor falls with roughness") \
+    X(float, max_accumulated_frames, 32.0f, 0.0f, 63.0f, "frames", "length of the history; less reacts faster, more is less noisy") \
+    X(float, max_stabilized_frames, 16.0f, 0.0f, 63.0f, "frames", "length of the stabilised luminance history; 0 off; more flickers less") \
+    X(float, history_fix_frames, 4.0f, 0.0f, 16.0f, "frames", "histories shorter than this take neighbours with looser geometry") \
+    X(float, feedback_frames, 2.0f, 0.0f, 64.0f, "frames", "filtered colour returns to history fully up to this length, then fades as feedback_frames / length") \
+    X(float, max_blur_radius, 15.0f, 0.0f, 60.0f, "px", "reach of the spatial filter; 0 off; scaled with the rectangle") \
+    X(float, diffuse_prepass_blur_radius, 0.0f, 0.0f, 75.0f, "px", "blur before accumulation, for probabilistic sampling; 0 off (needs NRD_FEATURE_PREPASS)") \
+    X(float, luminance_sigma_scale, 6.0f, 0.1f, 100.0f, "standard deviations", "neighbours that differ more are not mixed; less is sharper and noisier") \
+    X(float, plane_distance_sensitivity, 0.006f, 1e-4f, 1.0f, "of the view's extent at that depth", "neighbours farther off the surface's plane are not mixed") \
+    X(float, normal_sensitivity, 8.0f, 0.0f, 1000.0f, "", "neighbours weigh exp(-this * (1 - cos of the angle between normals))") \
+    X(float, antilag_sigma_scale, 3.0f, 0.5f, 100.0f, "standard deviations", "change of lighting that counts as certain; less reacts sooner and flickers more") \
+    X(float, antilag_sensitivity, 1.0f, 0.0f, 1.0f, "", "how much of a certain change of lighting is applied to history; 0 off") \
+    X(float, stabilization_sigma_scale, 3.0f, 0.1f, 100.0f, "standard deviations", "stabilised history farther from the filtered value is pulled in") \
+    X(uint, enable_anti_firefly, 1, 0, 1, "", "1: single outliers are limited by their neighbourhood in the wide blurs") \
+    X(uint, min_material_for_diffuse, 4, 0, 4, "", "material ids above it are kept apart from each other and the rest; 4 mixes all") \
+    X(uint, return_history_length_instead_of_occlusion, 0, 0, 1, "", "1: OUT_DIFF_RADIANCE_HITDIST.w is the history length in frames")
+
+/* The camera of one frame. Matrices as in CONVENTIONS; all zero is refused. */
+typedef struct nrd_camera {
+    float view_to_clip[16];
+    float world_to_view[16];
+    float jitter[2]; /* px, [-0.5, 0.5] */
+} nrd_camera;
+
+typedef enum nrd_clip_y { NRD_CLIP_Y_AUTO, NRD_CLIP_Y_UP, NRD_CLIP_Y_DOWN } nrd_clip_y;
+
+typedef uint32_t nrdi_uint;
+#define NRDI_uint nrdi_uint
+#define NRDI_float float
+#define NRDI_MEMBER(type, name, value, min, max, unit, text) NRDI_##type name;
+/* Everything that may change from frame to frame, for all denoisers. */
+typedef struct nrd_frame {
+    nrd_camera camera;
+    const nrd_camera *camera_prev;     /* NULL: the camera of the previous nrd_set_frame */
+    nrd_clip_y clip_y;
+    uint32_t frame_index;              /* +1 every frame; the same index again replaces the frame */
+    uint32_t rect_width, rect_height;  /* px, the part of the images in use; 0: all of it */
+    uint32_t rect_origin_x, rect_origin_y; /* px, where the rectangle begins in IN_MV, IN_NORMAL_ROUGHNESS and IN_VIEWZ only */
+    NRD_FRAME_SETTINGS(NRDI_MEMBER)
+} nrd_frame;
+typedef struct nrd_reference_settings { NRD_REFERENCE_SETTINGS(NRDI_MEMBER) } nrd_reference_settings;
+typedef struct nrd_reblur_settings { NRD_REBLUR_SETTINGS(NRDI_MEMBER) } nrd_reblur_settings;
+
+NRD_DECL nrd_frame nrd_frame_defaults(void);
+NRD_DECL nrd_reference_settings nrd_reference_defaults(void);
+NRD_DECL nrd_reblur_settings nrd_reblur_defaults(void);
+
+/* The settings as data, for user interfaces and command lines. */
+typedef struct nrd_setting {
+    const char *name, *unit, *text;
+    double value, min, max;  /* value: the default */
+    bool is_float;
+    size_t offset;           /* in the settings struct */
+} nrd_setting;
+/* The i-th setting of a denoiser, or of nrd_frame when denoiser is NRD_DENOISER_COUNT. False: no such setting. */
+NRD_DECL bool nrd_get_setting(nrd_denoiser denoiser, uint32_t i, nrd_setting *out);
+NRD_DECL size_t nrd_settings_size(nrd_denoiser denoiser);                              /* bytes of its settings struct */
+NRD_DECL void nrd_settings_defaults(nrd_denoiser denoiser, void *settings);            /* fills it */
+
+/* ---------------------------------------------------------------------------------------------------------------------------
+   Instance  >>instance */
+typedef struct nrd nrd;
+
+typedef struct nrd_denoiser_desc {
+    uint32_t identifier;   /* chosen by the app, unique in the instance */
+    nrd_denoiser denoiser;
+} nrd_denoiser_desc;
+
+typedef struct nrd_desc {
+    uint32_t width, height;                 /* px of the images, 1 to 16384 */
+    const nrd_denoiser_desc *denoisers;
+    uint32_t denoiser_count;                /* 1 to 64 */
+    uint32_t features;                      /* NRD_FEATURE_ bits; 0: none of the optional things */
+    uint32_t normal_encoding;               /* NRD_NORMAL_FORMAT_ */
+    uint32_t roughness_encoding;            /* NRD_ROUGHNESS_FORMAT_ */
+    void *(*allocate)(void *user, size_t bytes); /* both or neither; NULL: NRD_MALLOC, NRD_FREE */
+    void (*release)(void *user, void *memory);
+    void *allocate_user;
+    void (*message)(void *user, nrd_severity severity, nrd_result result, const char *text); /* NULL: silent */
+    void *message_user;
+} nrd_desc;
+
+NRD_DECL nrd_result nrd_create(const nrd_desc *desc, nrd **out);
+NRD_DECL void nrd_destroy(nrd *instance); /* NULL is fine */
+NRD_DECL nrd_result nrd_set_frame(nrd *instance, const nrd_frame *frame);
+/* settings: the struct that NRD_DENOISERS names for this denoiser. Kept until changed. */
+NRD_DECL nrd_result nrd_set_settings(nrd *instance, uint32_t identifier, const void *settings);
+/* Sends text to the instance's message callback (used by runtimes built on top). Returns result. */
+NRD_DECL nrd_result nrd_report(const nrd *instance, nrd_severity severity, nrd_result result, const char *text);
+
+/* ---------------------------------------------------------------------------------------------------------------------------
+   What to create, known before anything is allocated  >>info */
+typedef struct nrd_texture {
+    const char *name;
+    uint32_t denoiser;             /* index into nrd_desc.denoisers */
+    nrd_format format;
+    uint32_t width, height;        /* one mip, one layer; sampled and storage use */
+    bool permanent;                /* contents survive the frame */
+    uint32_t first_pass, last_pass; /* transient: in use from .. to, in the order of nrd_info.passes */
+    uint64_t bytes, offset;        /* tightly packed; offset into the transient block when placed like that */
+} nrd_texture;
+
+typedef enum nrd_access { NRD_ACCESS_READ, NRD_ACCESS_READ_LINEAR, NRD_ACCESS_WRITE } nrd_access; /* linear: with the linear-clamp sampler, else nearest-clamp */
+
+/* The uniform buffer of every pass, in C. */
+#define NRDI_C_mat4(name) float name[16];
+#define NRDI_C_vec4(name) float name[4];
+#define NRDI_C_uint(name) uint32_t name;
+#define NRDI_C_float(name) float name;
+#define NRDI_X(type, name) NRDI_C_##type(name)
+typedef struct nrd_constants { NRD_CONSTANTS(NRDI_X) } nrd_constants;
+#undef NRDI_X
+
+/* One compute pipeline: descriptor set 0 has the uniform buffer at binding 0, then binding i + 1 is bindings[i] of its dispatches:
+   a combined image sampler for reads, a storage image for writes; 16 bytes of push constants; NRD_SPEC_CONSTANTS. */
+typedef struct nrd_pipeline {
+    const char *shader;            /* module name, as in nrd_spirv.h */
+    uint32_t binding_count;
+    const nrd_access *access;      /* per binding */
+    uint32_t spec_constants[3];    /* by id */
+} nrd_pipeline;
+
+typedef struct nrd_pass {
+    const char *name;
+    uint32_t denoiser, pipeline;
+} nrd_pass;
+
+typedef struct nrd_left_out { const char *what, *why; uint64_t bytes_saved; } nrd_left_out;
+
+typedef struct nrd_info {
+    uint32_t width, height;
+    const nrd_texture *textures; uint32_t texture_count;
+    const nrd_pipeline *pipelines; uint32_t pipeline_count;
+    const nrd_pass *passes; uint32_t pass_count;            /* the most dispatches a frame can have, in order */
+    const nrd_left_out *left_out; uint32_t left_out_count;
+    const nrd_denoiser_desc *denoisers; uint32_t denoiser_count;
+    uint64_t permanent_bytes, transient_bytes;              /* transient: after sharing memory between disjoint lifetimes */
+    uint64_t transient_unshared_bytes;
+    uint32_t constant_bytes, max_bindings;
+} nrd_info;
+NRD_DECL const nrd_info *nrd_get_info(const nrd *instance);
+/* Does this instance use the resource? storage: as an output. */
+NRD_DECL bool nrd_uses_resource(const nrd *instance, nrd_resource resource);
+
+/* Places blocks that are in use from first to last (inclusive) so that blocks with a common time do not overlap. Returns the total. */
+typedef struct nrd_block { uint64_t bytes, alignment; uint32_t first, last; uint64_t offset; } nrd_block;
+NRD_DECL uint64_t nrd_place_blocks(nrd_block *blocks, uint32_t count);
+
+/* ---------------------------------------------------------------------------------------------------------------------------
+   What to run  >>dispatches */
+typedef struct nrd_binding {
+    nrd_resource resource;   /* NRD_RESOURCE_INTERNAL: */
+    uint32_t texture;        /* index into nrd_info.textures */
+    nrd_access access;
+} nrd_binding;
+
+typedef struct nrd_dispatch {
+    const char *name;
+    uint32_t pass;                  /* index into nrd_info.passes */
+    uint32_t pipeline;              /* index into nrd_info.pipelines */
+    const nrd_binding *bindings;
+    uint32_t binding_count;
+    const void *constants;          /* nrd_info.constant_bytes bytes; equal pointers mean equal contents within one call */
+    int32_t push[4];
+    uint32_t groups_x, groups_y;
+} nrd_dispatch;
+/* The dispatches of the given denoisers (NULL and 0: all), to be executed in this order, each after the writes of those before it.
+   Call once a frame for each denoiser: it advances their history. Valid until the next call. */
+NRD_DECL nrd_result nrd_get_dispatches(nrd *instance, const uint32_t *identifiers, uint32_t identifier_count, const nrd_dispatch **dispatches, uint32_t *count);
+
+#ifdef __cplusplus
+}
+#endif
+#endif /* NRD_H */
+
+/* ===========================================================================================================================
+   IMPLEMENTATION
+   ======================================================================================================================== */
+#ifdef NRD_IMPLEMENTATION
+#ifndef NRD_IMPLEMENTED
+#define NRD_IMPLEMENTED
+
+#include <math.h>
+#include <string.h>
+
+#if defined(NRD_MALLOC) != defined(NRD_FREE)
+#error "define both NRD_MALLOC and NRD_FREE, or neither"
+#endif
+#ifndef NRD_MALLOC
+#include <stdlib.h>
+#define NRD_MALLOC(bytes) malloc(bytes)
+#define NRD_FREE(memory) free(memory)
+#endif
+#ifndef NRD_ASSERT
+#include <assert.h>
+#define NRD_ASSERT(condition) assert(condition)
+#endif
+
+/* ---------------------------------------------------------------------------------------------------------------------------
+   Pass tables  >>tables
+   A denoiser is a row with its textures and passes; everything below interprets these rows. */
+enum { NRDI_MAX_USES = 16, NRDI_MAX_TEXTURES = 8, NRDI_MAX_PASSES = 10, NRDI_TILE_PX = 8 };
+enum { NRDI_TRANSIENT, NRDI_PERMANENT, NRDI_PING_PONG };
+
+/* Why a pass runs, or a binding is not replaced by its stand-in; evaluated every frame. */
+enum { NRDI_ALWAYS = 0, NRDI_IF_PREPASS = 1, NRDI_IF_BLUR = 2, NRDI_IF_ANTILAG = 4, NRDI_IF_SPLIT = 8, NRDI_IF_CONFIDENCE = 16, NRDI_IF_THRESHOLD_MIX = 32 };
+
+/* What a pass is bound to: a nrd_resource, or a texture of the denoiser: of this frame, or the previous frame's half of a ping-pong pair. */
+#define NRDI_TEXTURE(i) (64 + (i))
+#define NRDI_PREVIOUS(i) (96 + (i))
+
+typedef struct nrdi_texture_row { const char *name; nrd_format format; uint8_t divisor, kind; } nrdi_texture_row;
+typedef struct nrdi_use { uint8_t what, access, condition, stand_in; } nrdi_use; /* condition off: stand_in is bound instead */
+typedef struct nrdi_pass_row {
+    const char *name, *shader;
+    uint8_t condition, feature;  /* feature: NRD_FEATURE_ bit without which the pass does not exist */
+    uint8_t tiles;               /* 1: one thread per tile instead of per pixel */
+    uint8_t iteration;           /* of the spatial filter; its step doubles with each */
+    nrdi_use uses[NRDI_MAX_USES]; /* up to the first with what == 0 && access == NRDI_END */
+} nrdi_pass_row;
+typedef struct nrdi_denoiser_row {
+    const char *name;
+    nrdi_texture_row textures[NRDI_MAX_TEXTURES];
+    nrdi_pass_row passes[NRDI_MAX_PASSES];
+} nrdi_denoiser_row;
+
+#define NRDI_END 255
+#define NRDI_IN(r) { (uint8_t)NRD_RESOURCE_##r, NRD_ACCESS_READ, 0, 0 }
+#define NRDI_IN_IF(r, condition, other) { (uint8_t)NRD_RESOURCE_##r, NRD_ACCESS_READ, condition, (uint8_t)NRD_RESOURCE_##other }
+#define NRDI_LINEAR_IF(r, condition, other) { (uint8_t)NRD_RESOURCE_##r, NRD_ACCESS_READ_LINEAR, condition, (uint8_t)NRD_RESOURCE_##other }
+#define NRDI_OUT(r) { (uint8_t)NRD_RESOURCE_##r, NRD_ACCESS_WRITE, 0, 0 }
+#define NRDI_READ(t) { NRDI_TEXTURE(t), NRD_ACCESS_READ, 0, 0 }
+#define NRDI_LINEAR(t) { NRDI_TEXTURE(t), NRD_ACCESS_READ_LINEAR, 0, 0 }
+#define NRDI_WRITE(t) { NRDI_TEXTURE(t), NRD_ACCESS_WRITE, 0, 0 }
+#define NRDI_READ_PREV(t) { NRDI_PREVIOUS(t), NRD_ACCESS_READ, 0, 0 }
+#define NRDI_WRITE_PREV(t) { NRDI_PREVIOUS(t), NRD_ACCESS_WRITE, 0, 0 }
+#define NRDI_STOP { 0, NRDI_END, 0, 0 }
+
+enum { NRDI_REFERENCE_HISTORY };
+enum { NRDI_GUIDE, NRDI_HISTORY, NRDI_STABILIZED, NRDI_TILE, NRDI_TILE_RAW };
+
+/* REBLUR: once temporal accumulation has run, the previous half of GUIDE is dead until the next frame overwrites it, so it holds one
+   intermediate of the spatial filter; OUT holds the other. */
+static const nrdi_denoiser_row nrdi_rows[NRD_DENOISER_COUNT] = {
+    { "reference",
+      { { "HISTORY", NRD_FORMAT_RGBA32_FLOAT, 1, NRDI_PERMANENT } },
+      { { "reference accumulate", "reference_accumulate", NRDI_ALWAYS, 0, 0, 0,
+          { NRDI_IN(IN_SIGNAL), NRDI_READ(NRDI_REFERENCE_HISTORY), NRDI_WRITE(NRDI_REFERENCE_HISTORY), NRDI_OUT(OUT_SIGNAL), NRDI_STOP } } } },
+    { "reblur_diffuse",
+      { { "GUIDE", NRD_FORMAT_RG32_UINT, 1, NRDI_PING_PONG },
+        { "HISTORY", NRD_FORMAT_RGBA16_FLOAT, 1, NRDI_PERMANENT },
+        { "STABILIZED", NRD_FORMAT_R16_FLOAT, 1, NRDI_PERMANENT },
+        { "TILE", NRD_FORMAT_RGBA16_FLOAT, NRDI_TILE_PX, NRDI_PERMANENT },
+        { "TILE_RAW", NRD_FORMAT_RGBA16_FLOAT, NRDI_TILE_PX, NRDI_TRANSIENT } },
+      { { "pre-pass", "reblur_prepass", NRDI_IF_PREPASS, NRD_FEATURE_PREPASS, 0, 0,
+          { NRDI_IN(IN_NORMAL_ROUGHNESS), NRDI_IN(IN_VIEWZ), NRDI_IN(IN_DIFF_RADIANCE_HITDIST), NRDI_OUT(OUT_DIFF_RADIANCE_HITDIST), NRDI_STOP } },
+        { "temporal accumulation", "reblur_temporal_accumulation", NRDI_ALWAYS, 0, 0, 0,
+          { NRDI_IN(IN_MV), NRDI_IN(IN_NORMAL_ROUGHNESS), NRDI_IN(IN_VIEWZ),
+            NRDI_IN_IF(OUT_DIFF_RADIANCE_HITDIST, NRDI_IF_PREPASS, IN_DIFF_RADIANCE_HITDIST),
+            NRDI_LINEAR_IF(IN_DIFF_CONFIDENCE, NRDI_IF_CONFIDENCE, IN_DIFF_RADIANCE_HITDIST), NRDI_IN_IF(IN_DISOCCLUSION_THRESHOLD_MIX, NRDI_IF_THRESHOLD_MIX, IN_VIEWZ),
+            NRDI_READ_PREV(NRDI_GUIDE), NRDI_READ(NRDI_HISTORY), NRDI_LINEAR(NRDI_STABILIZED), NRDI_READ(NRDI_TILE),
+            NRDI_OUT(OUT_DIFF_RADIANCE_HITDIST), NRDI_WRITE(NRDI_GUIDE), NRDI_WRITE(NRDI_TILE_RAW), NRDI_STOP } },
+        { "lighting change", "reblur_lighting_change", NRDI_IF_ANTILAG, 0, 1, 0,
+          { NRDI_READ(NRDI_TILE_RAW), NRDI_READ(NRDI_TILE), NRDI_WRITE(NRDI_TILE), NRDI_STOP } },
+        { "blur", "reblur_blur", NRDI_ALWAYS, 0, 0, 0,
+          { NRDI_IN(OUT_DIFF_RADIANCE_HITDIST), NRDI_READ(NRDI_GUIDE), NRDI_READ(NRDI_TILE), NRDI_WRITE(NRDI_HISTORY), NRDI_WRITE_PREV(NRDI_GUIDE), NRDI_STOP } },
+        { "post-blur 1", "reblur_post_blur_to_out", NRDI_IF_BLUR, 0, 0, 1,
+          { NRDI_READ_PREV(NRDI_GUIDE), NRDI_READ(NRDI_GUIDE), NRDI_OUT(OUT_DIFF_RADIANCE_HITDIST), NRDI_STOP } },
+        { "post-blur 2", "reblur_post_blur_from_out", NRDI_IF_BLUR, 0, 0, 2,
+          { NRDI_IN(OUT_DIFF_RADIANCE_HITDIST), NRDI_READ(NRDI_GUIDE), NRDI_WRITE_PREV(NRDI_GUIDE), NRDI_STOP } },
+        { "stabilization", "reblur_stabilization", NRDI_ALWAYS, 0, 0, 3,
+          { NRDI_READ_PREV(NRDI_GUIDE), NRDI_READ(NRDI_GUIDE), NRDI_READ(NRDI_TILE), NRDI_WRITE(NRDI_STABILIZED), NRDI_OUT(OUT_DIFF_RADIANCE_HITDIST), NRDI_STOP } },
+        { "split screen", "reblur_split_screen", NRDI_IF_SPLIT, NRD_FEATURE_SPLIT_SCREEN, 0, 0,
+          { NRDI_IN(IN_VIEWZ), NRDI_IN(IN_DIFF_RADIANCE_HITDIST), NRDI_OUT(OUT_DIFF_RADIANCE_HITDIST), NRDI_STOP } } } },
+};
+
+static uint32_t nrdi_use_count(const nrdi_pass_row *pass)
+{
+    uint32_t n = 0;
+    while (n < NRDI_MAX_USES && pass->uses[n].access != NRDI_END) n++;
+    return n;
+}
+
+static uint32_t nrdi_pass_count(const nrdi_denoiser_row *row)
+{
+    uint32_t n = 0;
+    while (n < NRDI_MAX_PASSES && row->passes[n].name) n++;
+    return n;
+}
+
+static uint32_t nrdi_texture_count(const nrdi_denoiser_row *row)
+{
+    uint32_t n = 0;
+    while (n < NRDI_MAX_TEXTURES && row->textures[n].name) n++;
+    return n;
+}
+
+/* ---------------------------------------------------------------------------------------------------------------------------
+   Names and settings as data  >>names */
+const char *nrd_result_string(nrd_result result)
+{
+    static const char *const texts[] = {
+#define NRDI_X(name, text) text,
+        NRD_RESULTS(NRDI_X)
+#undef NRDI_X
+    };
+    return (uint32_t)result < NRD_RESULT_COUNT ? texts[result] : "unknown result";
+}
+
+const char *nrd_denoiser_name(nrd_denoiser denoiser)
+{
+    static const char *const names[] = {
+#define NRDI_X(name, text, settings) text,
+        NRD_DENOISERS(NRDI_X)
+#undef NRDI_X
+    };
+    return (uint32_t)denoiser < NRD_DENOISER_COUNT ? names[denoiser] : NULL;
+}
+
+nrd_result nrd_find_denoiser(const char *name, nrd_denoiser *out)
+{
+    for (uint32_t i = 0; name && out && i < NRD_DENOISER_COUNT; i++) {
+        if (strcmp(name, nrd_denoiser_name((nrd_denoiser)i)) != 0) continue;
+        *out = (nrd_denoiser)i;
+        return NRD_RESULT_OK;
+    }
+    return name && out ? NRD_RESULT_UNKNOWN_DENOISER : NRD_RESULT_INVALID_ARGUMENT;
+}
+
+typedef struct nrdi_resource_row { const char *name; nrd_format format; const char *text; } nrdi_resource_row;
+static const nrdi_resource_row nrdi_resources[] = {
+#define NRDI_X(name, format, text) { #name, (nrd_format)(format), text },
+    NRD_RESOURCES(NRDI_X)
+#undef NRDI_X
+};
+
+const char *nrd_resource_name(nrd_resource resource) { return (uint32_t)resource < NRD_RESOURCE_COUNT ? nrdi_resources[resource].name : NULL; }
+const char *nrd_resource_text(nrd_resource resource) { return (uint32_t)resource < NRD_RESOURCE_COUNT ? nrdi_resources[resource].text : NULL; }
+nrd_format nrd_resource_format(nrd_resource resource) { return (uint32_t)resource < NRD_RESOURCE_COUNT ? nrdi_resources[resource].format : NRD_FORMAT_ANY; }
+
+typedef struct nrdi_format_row { uint32_t bytes; bool is_uint; } nrdi_format_row;
+static const nrdi_format_row nrdi_formats[] = {
+#define NRDI_X(name, bytes, is_uint) { bytes, is_uint },
+    NRD_FORMATS(NRDI_X)
+#undef NRDI_X
+};
+
+uint32_t nrd_format_bytes(nrd_format format) { return (uint32_t)format < NRD_FORMAT_COUNT ? nrdi_formats[format].bytes : 0; }
+bool nrd_format_is_uint(nrd_format format) { return (uint32_t)format < NRD_FORMAT_COUNT && nrdi_formats[format].is_uint; }
+
+#define NRDI_IS_FLOAT_float true
+#define NRDI_IS_FLOAT_uint false
+#define NRDI_ROW(owner, type, name, value, min, max, unit, text) { #name, unit, text, (double)(value), (double)(min), (double)(max), NRDI_IS_FLOAT_##type, offsetof(owner, name) },
+#define NRDI_X(type, name, value, min, max, unit, text) NRDI_ROW(nrd_frame, type, name, value, min, max, unit, text)
+static const nrd_setting nrdi_frame_settings[] = { NRD_FRAME_SETTINGS(NRDI_X) };
+#undef NRDI_X
+#define NRDI_X(type, name, value, min, max, unit, text) NRDI_ROW(nrd_reference_settings, type, name, value, min, max, unit, text)
+static const nrd_setting nrdi_reference_list[] = { NRD_REFERENCE_SETTINGS(NRDI_X) };
+#undef NRDI_X
+#define NRDI_X(type, name, value, min, max, unit, text) NRDI_ROW(nrd_reblur_settings, type, name, value, min, max, unit, text)
+static const nrd_setting nrdi_reblur_list[] = { NRD_REBLUR_SETTINGS(NRDI_X) };
+#undef NRDI_X
+
+typedef struct nrdi_settings_list { const nrd_setting *rows; uint32_t count; size_t bytes; } nrdi_settings_list;
+#define NRDI_LIST(rows, owner) { rows, (uint32_t)(sizeof(rows) / sizeof((rows)[0])), sizeof(owner) }
+#define NRDI_LIST_nrd_reference_settings NRDI_LIST(nrdi_reference_list, nrd_reference_settings)
+#define NRDI_LIST_nrd_reblur_settings NRDI_LIST(nrdi_reblur_list, nrd_reblur_settings)
+
+static nrdi_settings_list nrdi_list_of(nrd_denoiser denoiser)
+{
+    static const nrdi_settings_list lists[NRD_DENOISER_COUNT + 1] = {
+#define NRDI_X(name, text, settings) NRDI_LIST_##settings,
+        NRD_DENOISERS(NRDI_X)
+#undef NRDI_X
+        NRDI_LIST(nrdi_frame_settings, nrd_frame)
+    };
+    static const nrdi_settings_list none = { NULL, 0, 0 };
+    return (uint32_t)denoiser <= NRD_DENOISER_COUNT ? lists[denoiser] : none;
+}
+
+bool nrd_get_setting(nrd_denoiser denoiser, uint32_t i, nrd_setting *out)
+{
+    nrdi_settings_list list = nrdi_list_of(denoiser);
+    if (!out || i >= list.count) return false;
+    *out = list.rows[i];
+    return true;
+}
+
+size_t nrd_settings_size(nrd_denoiser denoiser) { return nrdi_list_of(denoiser).bytes; }
+
+void nrd_settings_defaults(nrd_denoiser denoiser, void *settings)
+{
+    nrdi_settings_list list = nrdi_list_of(denoiser);
+    memset(settings, 0, list.bytes);
+    for (uint32_t i = 0; i < list.count; i++) {
+        char *at = (char *)settings + list.rows[i].offset;
+        float f = (float)list.rows[i].value;
+        uint32_t u = (uint32_t)list.rows[i].value;
+        memcpy(at, list.rows[i].is_float ? (const void *)&f : (const void *)&u, 4);
+    }
+}
+
+nrd_frame nrd_frame_defaults(void) { nrd_frame frame; nrd_settings_defaults(NRD_DENOISER_COUNT, &frame); return frame; }
+nrd_reference_settings nrd_reference_defaults(void) { nrd_reference_settings s; nrd_settings_defaults(NRD_DENOISER_REFERENCE, &s); return s; }
+nrd_reblur_settings nrd_reblur_defaults(void) { nrd_reblur_settings s; nrd_settings_defaults(NRD_DENOISER_REBLUR_DIFFUSE, &s); return s; }
+
+/* ---------------------------------------------------------------------------------------------------------------------------
+   Instance  >>state */
+typedef struct nrdi_state {         /* one denoiser of an instance */
+    const nrdi_denoiser_row *row;
+    nrd_denoiser denoiser;
+    uint32_t identifier, texture_base, pass_base, pass_count;
+    uint32_t first_texture[NRDI_MAX_TEXTURES]; /* index into nrd_info.textures; a ping-pong pair has two in a row */
+    uint32_t parity;
+    uint32_t history_frames;        /* frames in history, REFERENCE's n */
+    uint32_t last_frame_index;
+    bool has_history;
+    union { nrd_reference_settings reference; nrd_reblur_settings reblur; } settings;
+    nrd_constants constants;
+} nrdi_state;
+
+typedef struct nrdi_live_pass { const nrdi_pass_row *row; uint32_t state, pipeline; } nrdi_live_pass;
+
+struct nrd {
+    nrd_desc desc;
+    nrd_info info;
+    nrd_denoiser_desc *denoisers;
+    nrdi_state *states;
+    nrd_texture *textures;
+    nrd_pipeline *pipelines;
+    nrd_pass *passes;
+    nrdi_live_pass *live;           /* per pass of info.passes */
+    nrd_left_out *left_out;
+    nrd_block *blocks;
+    nrd_access *accesses;           /* NRDI_MAX_USES per pipeline */
+    nrd_binding *bindings;          /* NRDI_MAX_USES per pass */
+    nrd_dispatch *dispatches;
+    nrd_frame frame;
+    nrd_camera camera_prev;
+    uint32_t rect_prev[2];
+    float range_prev;
+    bool frame_set, frame_restart;
+};
+
+/* ---------------------------------------------------------------------------------------------------------------------------
+   Messages  >>messages */
+typedef struct nrdi_text { char s[400]; size_t n; } nrdi_text;
+
+static void nrdi_put(nrdi_text *t, const char *s)
+{
+    while (*s && t->n + 1 < sizeof t->s) t->s[t->n++] = *s++;
+    t->s[t->n] = 0;
+}
+
+static void nrdi_put_uint(nrdi_text *t, uint64_t v)
+{
+    char digits[24];
+    size_t n = sizeof digits;
+    digits[--n] = 0;
+    do digits[--n] = (char)('0' + v % 10); while ((v /= 10) != 0);
+    nrdi_put(t, digits + n);
+}
+
+/* Six significant digits, without stdio. */
+static void nrdi_put_number(nrdi_text *t, double v)
+{
+    if (v != v) { nrdi_put(t, "NaN"); return; }
+    if (v < 0) { nrdi_put(t, "-"); v = -v; }
+    if (v > 1e300) { nrdi_put(t, "infinity"); return; }
+    int exponent = 0;
+    if (v > 0 && (v >= 1e7 || v < 1e-4)) {
+        exponent = (int)floor(log10(v));
+        v /= pow(10, exponent);
+    }
+    uint64_t scaled = (uint64_t)(v * 1e6 + 0.5);
+    nrdi_put_uint(t, scaled / 1000000);
+    uint32_t fraction = (uint32_t)(scaled % 1000000), place = 100000;
+    if (fraction) nrdi_put(t, ".");
+    for (; fraction; place /= 10) { nrdi_put_uint(t, fraction / place); fraction %= place; }
+    if (!exponent) return;
+    nrdi_put(t, exponent < 0 ? "e-" : "e");
+    nrdi_put_uint(t, (uint64_t)(exponent < 0 ? -exponent : exponent));
+}
+
+static nrd_result nrdi_tell(const nrd_desc *desc, nrd_severity severity, nrd_result result, const char *text)
+{
+    if (desc->message) desc->message(desc->message_user, severity, result, text);
+    return result;
+}
+
+nrd_result nrd_report(const nrd *instance, nrd_severity severity, nrd_result result, const char *text)
+{
+    return instance ? nrdi_tell(&instance->desc, severity, result, text) : result;
+}
+
+static nrd_result nrdi_invalid(const nrd_desc *desc, const char *text) { return nrdi_tell(desc, NRD_SEVERITY_ERROR, NRD_RESULT_INVALID_ARGUMENT, text); }
+
+static nrd_result nrdi_out_of_range(const nrd_desc *desc, const char *owner, const char *name, double value, double min, double max)
+{
+    nrdi_text t = { { 0 }, 0 };
+    nrdi_put(&t, owner); nrdi_put(&t, "."); nrdi_put(&t, name);
+    nrdi_put(&t, " is "); nrdi_put_number(&t, value);
+    nrdi_put(&t, ", allowed: "); nrdi_put_number(&t, min); nrdi_put(&t, " to "); nrdi_put_number(&t, max);
+    return nrdi_invalid(desc, t.s);
+}
+
+static nrd_result nrdi_check_range(const nrd_desc *desc, const char *owner, const char *name, double value, double min, double max)
+{
+    return value >= min && value <= max ? NRD_RESULT_OK : nrdi_out_of_range(desc, owner, name, value, min, max);
+}
+
+static double nrdi_setting_value(const nrd_setting *row, const void *settings)
+{
+    float f;
+    uint32_t u;
+    memcpy(&f, (const char *)settings + row->offset, 4);
+    memcpy(&u, (const char *)settings + row->offset, 4);
+    return row->is_float ? (double)f : (double)u;
+}
+
+static nrd_result nrdi_check_settings(const nrd_desc *desc, const char *owner, nrdi_settings_list list, const void *settings)
+{
+    for (uint32_t i = 0; i < list.count; i++) {
+        const nrd_setting *row = &list.rows[i];
+        nrd_result r = nrdi_check_range(desc, owner, row->name, nrdi_setting_value(row, settings), row->min, row->max);
+        if (r) return r;
+    }
+    return NRD_RESULT_OK;
+}
+
+static nrd_result nrdi_needs_feature(const nrd_desc *desc, const char *field, uint32_t feature, const char *feature_name)
+{
+    if (desc->features & feature) return NRD_RESULT_OK;
+    nrdi_text t = { { 0 }, 0 };
+    nrdi_put(&t, field); nrdi_put(&t, " is set, but nrd_desc.features lacks "); nrdi_put(&t, feature_name);
+    return nrdi_invalid(desc, t.s);
+}
+
+/* ---------------------------------------------------------------------------------------------------------------------------
+   Graph  >>graph */
+/* Passes of a denoiser that are of use: those that write what the app gets or what survives the frame, and those that feed them. */
+static uint32_t nrdi_useful_passes(const nrdi_denoiser_row *row, uint32_t enabled)
+{
+    uint32_t useful = 0, wanted_textures = 0, pass_count = nrdi_pass_count(row);
+    for (uint32_t i = 0; i < nrdi_texture_count(row); i++)
+        if (row->textures[i].kind != NRDI_TRANSIENT) wanted_textures |= 1u << i;
+    for (uint32_t p = pass_count; p-- > 0;) {
+        const nrdi_pass_row *pass = &row->passes[p];
+        uint32_t uses = nrdi_use_count(pass);
+        bool useful_pass = false;
+        if (!(enabled & (1u << p))) continue;
+        for (uint32_t u = 0; u < uses; u++) {
+            if (pass->uses[u].access != NRD_ACCESS_WRITE) continue;
+            uint32_t what = pass->uses[u].what;
+            useful_pass |= what < NRD_RESOURCE_COUNT || what >= NRDI_PREVIOUS(0) || (wanted_textures >> (what - NRDI_TEXTURE(0)) & 1u);
+        }
+        if (!useful_pass) continue;
+        useful |= 1u << p;
+        for (uint32_t u = 0; u < uses; u++)
+            if (pass->uses[u].access != NRD_ACCESS_WRITE && pass->uses[u].what >= NRDI_TEXTURE(0) && pass->uses[u].what < NRDI_PREVIOUS(0))
+                wanted_textures |= 1u << (pass->uses[u].what - NRDI_TEXTURE(0));
+    }
+    return useful;
+}
+
+static uint32_t nrdi_declared_passes(const nrdi_denoiser_row *row, uint32_t features)
+{
+    uint32_t enabled = 0;
+    for (uint32_t p = 0; p < nrdi_pass_count(row); p++)
+        if (!row->passes[p].feature || (features & row->passes[p].feature)) enabled |= 1u << p;
+    return nrdi_useful_passes(row, enabled);
+}
+
+static bool nrdi_pass_uses(const nrdi_pass_row *pass, uint32_t texture)
+{
+    for (uint32_t u = 0; u < nrdi_use_count(pass); u++)
+        if (pass->uses[u].what == NRDI_TEXTURE(texture) || pass->uses[u].what == NRDI_PREVIOUS(texture)) return true;
+    return false;
+}
+
+uint64_t nrd_place_blocks(nrd_block *blocks, uint32_t count)
+{
+    uint64_t total = 0;
+    for (uint32_t i = 0; i < count; i++) blocks[i].offset = UINT64_MAX;
+    for (uint32_t placed = 0; placed < count; placed++) {
+        nrd_block *big = NULL;   /* largest first leaves the fewest holes */
+        for (uint32_t i = 0; i < count; i++)
+            if (blocks[i].offset == UINT64_MAX && (!big || blocks[i].bytes > big->bytes)) big = &blocks[i];
+        uint64_t alignment = big->alignment ? big->alignment : 1, at = 0;
+        for (bool moved = true; moved;) {
+            moved = false;
+            for (uint32_t i = 0; i < count; i++) {
+                const nrd_block *b = &blocks[i];
+                if (b->offset == UINT64_MAX || b->last < big->first || b->first > big->last) continue;
+                if (at + big->bytes <= b->offset || at >= b->offset + b->bytes) continue;
+                at = (b->offset + b->bytes + alignment - 1) / alignment * alignment;
+                moved = true;
+            }
+        }
+        big->offset = at;
+        if (at + big->bytes > total) total = at + big->bytes;
+    }
+    return total;
+}
+
+static void nrdi_add_texture(nrd *n, nrdi_state *s, uint32_t index)
+{
+    const nrdi_texture_row *row = &s->row->textures[index];
+    nrd_texture t;
+    memset(&t, 0, sizeof t);
+    t.name = row->name;
+    t.denoiser = (uint32_t)(s - n->states);
+    t.format = row->format;
+    t.width = (n->desc.width + row->divisor - 1u) / row->divisor;
+    t.height = (n->desc.height + row->divisor - 1u) / row->divisor;
+    t.permanent = row->kind != NRDI_TRANSIENT;
+    t.bytes = (uint64_t)t.width * t.height * nrd_format_bytes(row->format);
+    t.first_pass = UINT32_MAX;
+    for (uint32_t p = 0; p < s->pass_count; p++) {
+        if (!nrdi_pass_uses(n->live[s->pass_base + p].row, index)) continue;
+        if (t.first_pass == UINT32_MAX) t.first_pass = s->pass_base + p;
+        t.last_pass = s->pass_base + p;
+    }
+    if (t.first_pass == UINT32_MAX) return;   /* nobody that is left needs it */
+    s->first_texture[index] = n->info.texture_count;
+    for (uint32_t k = 0; k < (row->kind == NRDI_PING_PONG ? 2u : 1u); k++) n->textures[n->info.texture_count++] = t;
+}
+
+static uint32_t nrdi_find_pipeline(nrd *n, const nrdi_pass_row *pass)
+{
+    uint32_t i = 0;
+    while (i < n->info.pipeline_count && strcmp(n->pipelines[i].shader, pass->shader) != 0) i++;
+    if (i < n->info.pipeline_count) return i;
+    nrd_pipeline *p = &n->pipelines[n->info.pipeline_count++];
+    nrd_access *access = n->accesses + (size_t)i * NRDI_MAX_USES;
+    p->shader = pass->shader;
+    p->binding_count = nrdi_use_count(pass);
+    p->access = access;
+    for (uint32_t u = 0; u < p->binding_count; u++) access[u] = (nrd_access)pass->uses[u].access;
+    p->spec_constants[0] = n->desc.normal_encoding;
+    p->spec_constants[1] = n->desc.roughness_encoding;
+    p->spec_constants[2] = n->desc.features;
+    if (p->binding_count > n->info.max_bindings) n->info.max_bindings = p->binding_count;
+    return i;
+}
+
+static void nrdi_add_passes(nrd *n, nrdi_state *s)
+{
+    uint32_t index = (uint32_t)(s - n->states), useful = nrdi_declared_passes(s->row, n->desc.features);
+    s->pass_base = n->info.pass_count;
+    for (uint32_t p = 0; p < nrdi_pass_count(s->row); p++) {
+        const nrdi_pass_row *row = &s->row->passes[p];
+        if (!(useful & (1u << p))) {
+            nrd_left_out left = { row->name, row->feature ? "nrd_desc.features does not declare it" : "nothing that is left reads its result", 0 };
+            n->left_out[n->info.left_out_count++] = left;
+            continue;
+        }
+        nrdi_live_pass live = { row, index, nrdi_find_pipeline(n, row) };
+        nrd_pass pass = { row->name, index, live.pipeline };
+        n->live[n->info.pass_count] = live;
+        n->passes[n->info.pass_count++] = pass;
+    }
+    s->pass_count = n->info.pass_count - s->pass_base;
+}
+
+static void nrdi_measure(nrd *n)
+{
+    uint32_t count = 0;
+    for (uint32_t i = 0; i < n->info.texture_count; i++) {
+        const nrd_texture *t = &n->textures[i];
+        nrd_block block = { t->bytes, 256, t->first_pass, t->last_pass, 0 };
+        if (t->permanent) n->info.permanent_bytes += t->bytes;
+        else { n->blocks[count++] = block; n->info.transient_unshared_bytes += t->bytes; }
+    }
+    n->info.transient_bytes = nrd_place_blocks(n->blocks, count);
+    count = 0;
+    for (uint32_t i = 0; i < n->info.texture_count; i++)
+        if (!n->textures[i].permanent) n->textures[i].offset = n->blocks[count++].offset;
+}
+
+static void nrdi_compile(nrd *n)
+{
+    for (uint32_t i = 0; i < n->desc.denoiser_count; i++) {
+        nrdi_state *s = &n->states[i];
+        n->denoisers[i] = n->desc.denoisers[i];
+        s->denoiser = n->denoisers[i].denoiser;
+        s->identifier = n->denoisers[i].identifier;
+        s->row = &nrdi_rows[s->denoiser];
+        nrd_settings_defaults(s->denoiser, &s->settings);
+        nrdi_add_passes(n, s);
+        for (uint32_t t = 0; t < nrdi_texture_count(s->row); t++) nrdi_add_texture(n, s, t);
+    }
+    nrdi_measure(n);
+    n->info.width = n->desc.width;
+    n->info.height = n->desc.height;
+    n->info.textures = n->textures;
+    n->info.pipelines = n->pipelines;
+    n->info.passes = n->passes;
+    n->info.left_out = n->left_out;
+    n->info.denoisers = n->denoisers;
+    n->info.denoiser_count = n->desc.denoiser_count;
+    n->info.constant_bytes = (uint32_t)sizeof(nrd_constants);
+    n->desc.denoisers = n->denoisers;
+}
+
+/* ---------------------------------------------------------------------------------------------------------------------------
+   Create  >>create */
+static nrd_result nrdi_check_desc(const nrd_desc *d)
+{
+    nrd_result r;
+    if ((r = nrdi_check_range(d, "nrd_desc", "width", d->width, 1, 16384))) return r;
+    if ((r = nrdi_check_range(d, "nrd_desc", "height", d->height, 1, 16384))) return r;
+    if ((r = nrdi_check_range(d, "nrd_desc", "denoiser_count", d->denoiser_count, 1, 64))) return r;
+    if ((r = nrdi_check_range(d, "nrd_desc", "features", d->features, 0, NRD_FEATURE_ALL))) return r;
+    if ((r = nrdi_check_range(d, "nrd_desc", "normal_encoding", d->normal_encoding, 0, NRD_NORMAL_FORMAT_RGBA16_SNORM))) return r;
+    if ((r = nrdi_check_range(d, "nrd_desc", "roughness_encoding", d->roughness_encoding, 0, NRD_ROUGHNESS_FORMAT_SQRT_LINEAR))) return r;
+    if (!d->denoisers) return nrdi_invalid(d, "nrd_desc.denoisers is NULL");
+    if (!d->allocate != !d->release) return nrdi_invalid(d, "nrd_desc.allocate and .release must both be set, or neither");
+    for (uint32_t i = 0; i < d->denoiser_count; i++) {
+        if ((r = nrdi_check_range(d, "nrd_desc", "denoisers[].denoiser", d->denoisers[i].denoiser, 0, NRD_DENOISER_COUNT - 1))) return r;
+        for (uint32_t k = 0; k < i; k++)
+            if (d->denoisers[k].identifier == d->denoisers[i].identifier)
+                return nrdi_tell(d, NRD_SEVERITY_ERROR, NRD_RESULT_DUPLICATE_IDENTIFIER, "nrd_desc.denoisers: an identifier appears twice");
+    }
+    return NRD_RESULT_OK;
+}
+
+/* Hands out arrays of one block; with base NULL it only counts. */
+static void *nrdi_carve(char *base, size_t *used, size_t count, size_t size)
+{
+    size_t at = (*used + 15) & ~(size_t)15;
+    *used = at + count * size;
+    return base ? base + at : NULL;
+}
+
+static size_t nrdi_lay_out(nrd *n, char *base, size_t denoisers)
+{
+    size_t used = sizeof(nrd), passes = denoisers * NRDI_MAX_PASSES;
+#define NRDI_CARVE(member, type, count) n->member = (type *)nrdi_carve(base, &used, count, sizeof(type))
+    NRDI_CARVE(denoisers, nrd_denoiser_desc, denoisers);
+    NRDI_CARVE(states, nrdi_state, denoisers);
+    NRDI_CARVE(textures, nrd_texture, denoisers * NRDI_MAX_TEXTURES * 2);
+    NRDI_CARVE(blocks, nrd_block, denoisers * NRDI_MAX_TEXTURES * 2);
+    NRDI_CARVE(pipelines, nrd_pipeline, passes);
+    NRDI_CARVE(passes, nrd_pass, passes);
+    NRDI_CARVE(live, nrdi_live_pass, passes);
+    NRDI_CARVE(left_out, nrd_left_out, passes);
+    NRDI_CARVE(accesses, nrd_access, passes * NRDI_MAX_USES);
+    NRDI_CARVE(bindings, nrd_binding, passes * NRDI_MAX_USES);
+    NRDI_CARVE(dispatches, nrd_dispatch, passes);
+#undef NRDI_CARVE
+    return used;
+}
+
+nrd_result nrd_create(const nrd_desc *desc, nrd **out)
+{
+    nrd counting;
+    if (!desc || !out) return NRD_RESULT_INVALID_ARGUMENT;
+    nrd_result r = nrdi_check_desc(desc);
+    if (r) return r;
+    size_t bytes = nrdi_lay_out(&counting, NULL, desc->denoiser_count);
+    char *memory = (char *)(desc->allocate ? desc->allocate(desc->allocate_user, bytes) : NRD_MALLOC(bytes));
+    if (!memory) return nrdi_tell(desc, NRD_SEVERITY_ERROR, NRD_RESULT_OUT_OF_MEMORY, "nrd_create: the allocator returned NULL");
+    memset(memory, 0, bytes);
+    nrd *n = (nrd *)memory;
+    nrdi_lay_out(n, memory, desc->denoiser_count);
+    n->desc = *desc;
+    nrdi_compile(n);
+    *out = n;
+    return NRD_RESULT_OK;
+}
+
+void nrd_destroy(nrd *instance)
+{
+    if (!instance) return;
+    if (instance->desc.release) instance->desc.release(instance->desc.allocate_user, instance);
+    else NRD_FREE(instance);
+}
+
+const nrd_info *nrd_get_info(const nrd *instance) { return instance ? &instance->info : NULL; }
+
+bool nrd_uses_resource(const nrd *instance, nrd_resource resource)
+{
+    for (uint32_t p = 0; instance && p < instance->info.pass_count; p++) {
+        const nrdi_pass_row *row = instance->live[p].row;
+        for (uint32_t u = 0; u < nrdi_use_count(row); u++) {
+            bool optional = (row->uses[u].condition == NRDI_IF_CONFIDENCE && !(instance->desc.features & NRD_FEATURE_HISTORY_CONFIDENCE))
+                         || (row->uses[u].condition == NRDI_IF_THRESHOLD_MIX && !(instance->desc.features & NRD_FEATURE_DISOCCLUSION_THRESHOLD_MIX));
+            if (row->uses[u].what == (uint32_t)resource && !optional) return true;
+            if (row->uses[u].condition && row->uses[u].stand_in == (uint32_t)resource) return true;
+        }
+    }
+    return false;
+}
+
+/* ---------------------------------------------------------------------------------------------------------------------------
+   Frame and settings  >>frame */
+static nrd_result nrdi_check_camera(const nrd_desc *d, const nrd_camera *c, const char *owner)
+{
+    nrdi_text t = { { 0 }, 0 };
+    const float *p = c->view_to_clip, *w = c->world_to_view;
+    const char *wrong = NULL;
+    for (int i = 0; i < 16; i++)
+        if (!(fabsf(p[i]) <= 3e38f) || !(fabsf(w[i]) <= 3e38f)) wrong = "holds NaN or infinity";
+    for (int i = 0; i < 3 && !wrong; i++)
+        for (int k = i; k < 3; k++) {
+            float dot = w[i] * w[k] + w[4 + i] * w[4 + k] + w[8 + i] * w[8 + k];
+            if (!(fabsf(dot - (i == k ? 1.0f : 0.0f)) < 0.01f)) wrong = ".world_to_view is not a rotation and a translation";
+        }
+    if (!wrong && (w[3] != 0 || w[7] != 0 || w[11] != 0 || w[15] != 1)) wrong = ".world_to_view has a last row other than 0 0 0 1: is it transposed? (column-major, column vectors)";
+    if (!wrong && (p[0] == 0 || p[5] == 0 || (p[11] == 0 && p[15] == 0))) wrong = ".view_to_clip is no projection (column-major, column vectors)";
+    if (!wrong && p[11] == 0 && p[10] == 0) wrong = ".view_to_clip has no depth";
+    if (!wrong) {
+        nrd_result r = nrdi_check_range(d, owner, "jitter[0]", c->jitter[0], -0.5, 0.5);
+        return r ? r : nrdi_check_range(d, owner, "jitter[1]", c->jitter[1], -0.5, 0.5);
+    }
+    nrdi_put(&t, owner);
+    nrdi_put(&t, wrong);
+    return nrdi_invalid(d, t.s);
+}
+
+static nrd_result nrdi_check_frame(const nrd *n, const nrd_frame *f, uint32_t width, uint32_t height)
+{
+    const nrd_desc *d = &n->desc;
+    nrd_result r = nrdi_check_settings(d, "nrd_frame", nrdi_list_of(NRD_DENOISER_COUNT), f);
+    if (r || (r = nrdi_check_camera(d, &f->camera, "nrd_frame.camera"))) return r;
+    if (f->camera_prev && (r = nrdi_check_camera(d, f->camera_prev, "nrd_frame.camera_prev"))) return r;
+    if ((r = nrdi_check_range(d, "nrd_frame", "clip_y", f->clip_y, 0, NRD_CLIP_Y_DOWN))) return r;
+    if ((r = nrdi_check_range(d, "nrd_frame", "rect_width", width, 1, d->width))) return r;
+    if ((r = nrdi_check_range(d, "nrd_frame", "rect_height", height, 1, d->height))) return r;
+    if ((r = nrdi_check_range(d, "nrd_frame", "rect_origin_x", f->rect_origin_x, 0, d->width - width))) return r;
+    if ((r = nrdi_check_range(d, "nrd_frame", "rect_origin_y", f->rect_origin_y, 0, d->height - height))) return r;
+    if (f->split_screen > 0 && (r = nrdi_needs_feature(d, "nrd_frame.split_screen", NRD_FEATURE_SPLIT_SCREEN, "NRD_FEATURE_SPLIT_SCREEN"))) return r;
+    if (f->history_confidence_available && (r = nrdi_needs_feature(d, "nrd_frame.history_confidence_available", NRD_FEATURE_HISTORY_CONFIDENCE, "NRD_FEATURE_HISTORY_CONFIDENCE"))) return r;
+    if (f->disocclusion_threshold_mix_available)
+        return nrdi_needs_feature(d, "nrd_frame.disocclusion_threshold_mix_available", NRD_FEATURE_DISOCCLUSION_THRESHOLD_MIX, "NRD_FEATURE_DISOCCLUSION_THRESHOLD_MIX");
+    return NRD_RESULT_OK;
+}
+
+nrd_result nrd_set_frame(nrd *n, const nrd_frame *frame)
+{
+    if (!n || !frame) return NRD_RESULT_INVALID_ARGUMENT;
+    uint32_t width = frame->rect_width ? frame->rect_width : n->desc.width, height = frame->rect_height ? frame->rect_height : n->desc.height;
+    nrd_result r = nrdi_check_frame(n, frame, width, height);
+    if (r) return r;
+    bool first = !n->frame_set, advanced = first || frame->frame_index != n->frame.frame_index;
+    if (!first && advanced && frame->frame_index != n->frame.frame_index + 1 && !frame->restart)
+        nrdi_tell(&n->desc, NRD_SEVERITY_WARNING, NRD_RESULT_INVALID_ARGUMENT, "nrd_frame.frame_index did not advance by 1: history restarts");
+    if (advanced && !first) {
+        n->camera_prev = n->frame.camera;
+        n->rect_prev[0] = n->frame.rect_width;
+        n->rect_prev[1] = n->frame.rect_height;
+        n->range_prev = n->frame.denoising_range;
+    }
+    n->frame_restart = first || frame->restart || (!advanced && n->frame_restart);
+    n->frame = *frame;
+    n->frame.rect_width = width;
+    n->frame.rect_height = height;
+    if (frame->camera_prev) n->camera_prev = *frame->camera_prev;
+    n->frame.camera_prev = NULL;
+    if (n->frame_restart) {
+        n->camera_prev = frame->camera;
+        n->rect_prev[0] = width;
+        n->rect_prev[1] = height;
+        n->range_prev = frame->denoising_range;
+    }
+    n->frame_set = true;
+    return NRD_RESULT_OK;
+}
+
+static nrdi_state *nrdi_find_state(nrd *n, uint32_t identifier)
+{
+    for (uint32_t i = 0; i < n->info.denoiser_count; i++)
+        if (n->states[i].identifier == identifier) return &n->states[i];
+    nrdi_text t = { { 0 }, 0 };
+    nrdi_put(&t, "no denoiser of this instance has the identifier ");
+    nrdi_put_uint(&t, identifier);
+    nrdi_tell(&n->desc, NRD_SEVERITY_ERROR, NRD_RESULT_UNKNOWN_DENOISER, t.s);
+    return NULL;
+}
+
+nrd_result nrd_set_settings(nrd *n, uint32_t identifier, const void *settings)
+{
+    if (!n) return NRD_RESULT_INVALID_ARGUMENT;
+    if (!settings) return nrdi_invalid(&n->desc, "nrd_set_settings: settings is NULL");
+    nrdi_state *s = nrdi_find_state(n, identifier);
+    if (!s) return NRD_RESULT_UNKNOWN_DENOISER;
+    nrdi_settings_list list = nrdi_list_of(s->denoiser);
+    nrd_result r = nrdi_check_settings(&n->desc, nrd_denoiser_name(s->denoiser), list, settings);
+    if (r) return r;
+    if (s->denoiser == NRD_DENOISER_REBLUR_DIFFUSE && ((const nrd_reblur_settings *)settings)->diffuse_prepass_blur_radius > 0
+        && (r = nrdi_needs_feature(&n->desc, "diffuse_prepass_blur_radius", NRD_FEATURE_PREPASS, "NRD_FEATURE_PREPASS"))) return r;
+    memcpy(&s->settings, settings, list.bytes);
+    return NRD_RESULT_OK;
+}
+
+/* ---------------------------------------------------------------------------------------------------------------------------
+   Constants  >>constants
+   All matrices are brought to left-handed view space with clip y up, so that shaders know one convention. */
+typedef struct nrdi_view { double rotation[9], position[3]; float frustum[4]; bool orthographic; float unproject; } nrdi_view; /* rotation: row-major world to view */
+
+static bool nrdi_is_right_handed(const float *p)
+{
+    if (p[11] != 0) return p[11] < 0;
+    return (1 - 2 * p[14]) / p[10] < 0;   /* sum of the view depths of both clip planes: in front of the camera is the sign */
+}
+
+static nrdi_view nrdi_resolve_view(const nrd_camera *c, nrd_clip_y clip_y, uint32_t rect_height)
+{
+    nrdi_view v;
+    const float *p = c->view_to_clip, *w = c->world_to_view;
+    double flip = nrdi_is_right_handed(p) ? -1 : 1;
+    bool up = clip_y == NRD_CLIP_Y_AUTO ? p[5] > 0 : clip_y == NRD_CLIP_Y_UP;
+    for (int row = 0; row < 3; row++)
+        for (int k = 0; k < 3; k++) v.rotation[3 * row + k] = w[4 * k + row] * (row == 2 ? flip : 1);
+    double t[3] = { w[12], w[13], w[14] * flip };
+    for (int k = 0; k < 3; k++) v.position[k] = -(v.rotation[k] * t[0] + v.rotation[3 + k] * t[1] + v.rotation[6 + k] * t[2]);
+    v.orthographic = p[11] == 0;
+    double cx = v.orthographic ? p[12] : p[8] * flip, cy = v.orthographic ? p[13] : p[9] * flip, sy = up ? 1 : -1;
+    v.frustum[0] = (float)((-1 - cx) / p[0]);
+    v.frustum[1] = (float)((sy - cy) / p[5]);
+    v.frustum[2] = (float)(2 / (double)p[0]);
+    v.frustum[3] = (float)(-2 * sy / p[5]);
+    v.unproject = (float)(2 / (rect_height * fabs((double)p[5])));
+    return v;
+}
+
+/* to * from^-1 as a column-major matrix, with the origin of "from" where the caller says */
+static void nrdi_put_matrix(float *m, const double rotation[9], const double translation[3])
+{
+    for (int row = 0; row < 3; row++) {
+        for (int k = 0; k < 3; k++) m[4 * k + row] = (float)rotation[3 * row + k];
+        m[12 + row] = (float)translation[row];
+        m[4 * row + 3] = 0;
+    }
+    m[15] = 1;
+}
+
+static void nrdi_fill_matrices(nrd_constants *c, const nrdi_view *now, const nrdi_view *prev)
+{
+    double transposed[9], between[9], origin[3] = { 0, 0, 0 }, delta[3];
+    for (int row = 0; row < 3; row++) {
+        delta[row] = 0;
+        for (int k = 0; k < 3; k++) {
+            transposed[3 * row + k] = now->rotation[3 * k + row];
+            delta[row] += prev->rotation[3 * row + k] * (now->position[k] - prev->position[k]);
+            between[3 * row + k] = 0;
+            for (int j = 0; j < 3; j++) between[3 * row + k] += prev->rotation[3 * row + j] * now->rotation[3 * k + j];
+        }
+    }
+    nrdi_put_matrix(c->view_to_world, transposed, origin);
+    nrdi_put_matrix(c->world_to_view_prev, prev->rotation, delta);
+    nrdi_put_matrix(c->view_to_view_prev, between, delta);
+}
+
+static void nrdi_fill_frame(const nrd *n, nrd_constants *c)
+{
+    const nrd_frame *f = &n->frame;
+    nrdi_view now = nrdi_resolve_view(&f->camera, f->clip_y, f->rect_height);
+    nrdi_view prev = nrdi_resolve_view(&n->camera_prev, f->clip_y, n->rect_prev[1]);
+    nrdi_fill_matrices(c, &now, &prev);
+    memcpy(c->frustum, now.frustum, sizeof c->frustum);
+    memcpy(c->frustum_prev, prev.frustum, sizeof c->frustum_prev);
+    c->orthographic = now.orthographic;
+    c->orthographic_prev = prev.orthographic;
+    c->pixel_unproject = now.unproject;
+    c->motion_scale[0] = f->motion_scale_x;
+    c->motion_scale[1] = f->motion_scale_y;
+    c->motion_scale[2] = f->motion_scale_z;
+    c->jitter_delta[0] = f->camera.jitter[0] - n->camera_prev.jitter[0];
+    c->jitter_delta[1] = f->camera.jitter[1] - n->camera_prev.jitter[1];
+    c->rect_width = f->rect_width;
+    c->rect_height = f->rect_height;
+    c->rect_width_prev = n->rect_prev[0];
+    c->rect_height_prev = n->rect_prev[1];
+    c->rect_origin_x = f->rect_origin_x;
+    c->rect_origin_y = f->rect_origin_y;
+    c->frame_index = f->frame_index;
+    c->view_z_scale = f->view_z_scale;
+    c->denoising_range = f->denoising_range;
+    c->denoising_range_prev = n->range_prev;
+    float jitter = fmaxf(fabsf(c->jitter_delta[0]), fabsf(c->jitter_delta[1])) / (float)f->rect_height;
+    c->disocclusion_threshold = f->disocclusion_threshold + jitter;
+    c->disocclusion_threshold_alternate = f->disocclusion_threshold_alternate + jitter;
+    c->split_screen = f->split_screen;
+    c->motion_mode = f->motion_mode;
+    c->flags = (f->history_confidence_available ? NRD_FLAG_HISTORY_CONFIDENCE : 0) | (f->disocclusion_threshold_mix_available ? NRD_FLAG_DISOCCLUSION_MIX : 0);
+}
+
+static void nrdi_fill_reblur(const nrd_reblur_settings *s, float resolution_scale, nrd_constants *c)
+{
+    c->hit_distance[0] = s->hit_distance_a;
+    c->hit_distance[1] = s->hit_distance_b;
+    c->hit_distance[2] = s->hit_distance_c;
+    c->hit_distance[3] = s->hit_distance_d;
+    c->max_accumulated_frames = s->max_accumulated_frames;
+    c->max_stabilized_frames = s->max_stabilized_frames;
+    c->history_fix_frames = s->history_fix_frames;
+    c->feedback_frames = s->feedback_frames;
+    c->max_blur_radius = s->max_blur_radius * resolution_scale;
+    c->prepass_blur_radius = s->diffuse_prepass_blur_radius * resolution_scale;
+    c->luminance_sigma_scale = s->luminance_sigma_scale;
+    c->plane_distance_sensitivity = s->plane_distance_sensitivity;
+    c->normal_sensitivity = s->normal_sensitivity;
+    c->antilag_sigma_scale = s->antilag_sigma_scale;
+    c->antilag_sensitivity = s->antilag_sensitivity;
+    c->stabilization_sigma_scale = s->stabilization_sigma_scale;
+    c->min_material = s->min_material_for_diffuse;
+    c->flags |= (s->enable_anti_firefly ? NRD_FLAG_ANTI_FIREFLY : 0) | (s->return_history_length_instead_of_occlusion ? NRD_FLAG_RETURN_HISTORY : 0)
+              | (s->antilag_sensitivity > 0 ? NRD_FLAG_ANTILAG : 0) | (s->diffuse_prepass_blur_radius > 0 ? NRD_FLAG_PREPASS : 0);
+}
+
+static bool nrdi_camera_moved(const nrd *n)
+{
+    return memcmp(n->frame.camera.view_to_clip, n->camera_prev.view_to_clip, sizeof n->camera_prev.view_to_clip)
+        || memcmp(n->frame.camera.world_to_view, n->camera_prev.world_to_view, sizeof n->camera_prev.world_to_view)
+        || n->frame.rect_width != n->rect_prev[0] || n->frame.rect_height != n->rect_prev[1];
+}
+
+static void nrdi_fill_constants(const nrd *n, nrdi_state *s)
+{
+    nrd_constants *c = &s->constants;
+    bool reset = n->frame_restart || !s->has_history || s->last_frame_index + 1 != n->frame.frame_index;
+    memset(c, 0, sizeof *c);
+    nrdi_fill_frame(n, c);
+    if (s->denoiser == NRD_DENOISER_REFERENCE) {
+        reset |= nrdi_camera_moved(n);
+        uint32_t frames = reset ? 0 : s->history_frames + 1;
+        s->history_frames = frames < s->settings.reference.max_accumulated_frames ? frames : s->settings.reference.max_accumulated_frames;
+        c->history_frames = s->history_frames;
+    } else {
+        float x = (float)n->frame.rect_width / (float)n->desc.width, y = (float)n->frame.rect_height / (float)n->desc.height;
+        nrdi_fill_reblur(&s->settings.reblur, x < y ? x : y, c);
+    }
+    c->reset = reset;
+}
+
+/* ---------------------------------------------------------------------------------------------------------------------------
+   Dispatches  >>run */
+static uint32_t nrdi_conditions(const nrd *n, const nrdi_state *s)
+{
+    const nrd_constants *c = &s->constants;
+    uint32_t on = 0;
+    if (s->denoiser == NRD_DENOISER_REFERENCE) return on;
+    if (c->flags & NRD_FLAG_PREPASS) on |= NRDI_IF_PREPASS;
+    if (c->max_blur_radius > 0) on |= NRDI_IF_BLUR;
+    if (c->flags & NRD_FLAG_ANTILAG) on |= NRDI_IF_ANTILAG;
+    if (c->flags & NRD_FLAG_HISTORY_CONFIDENCE) on |= NRDI_IF_CONFIDENCE;
+    if (c->flags & NRD_FLAG_DISOCCLUSION_MIX) on |= NRDI_IF_THRESHOLD_MIX;
+    if (n->frame.split_screen > 0) on |= NRDI_IF_SPLIT;
+    return on;
+}
+
+static nrd_binding nrdi_resolve(const nrd *n, const nrdi_state *s, const nrdi_use *use, uint32_t conditions)
+{
+    uint32_t what = use->condition && !(conditions & use->condition) ? use->stand_in : use->what;
+    nrd_binding b = { NRD_RESOURCE_INTERNAL, 0, (nrd_access)use->access };
+    if (what < NRD_RESOURCE_COUNT) {
+        b.resource = (nrd_resource)what;
+        return b;
+    }
+    bool previous = what >= NRDI_PREVIOUS(0);
+    uint32_t index = what - (previous ? NRDI_PREVIOUS(0) : NRDI_TEXTURE(0));
+    b.texture = s->first_texture[index];
+    if (s->row->textures[index].kind == NRDI_PING_PONG) b.texture += s->parity ^ (previous ? 1u : 0u);
+    NRD_ASSERT(b.texture < n->info.texture_count);
+    (void)n;
+    return b;
+}
+
+static int32_t nrdi_step(float radius, uint32_t iteration)
+{
+    if (!(radius > 0)) return 0;
+    int32_t step = (int32_t)(radius * (float)(1 << iteration) / 15.0f + 0.5f);   /* steps 1, 2, 4, 8 reach 15 px */
+    return step < 1 ? 1 : step;
+}
+
+static void nrdi_add_dispatch(nrd *n, const nrdi_state *s, uint32_t pass, uint32_t conditions, uint32_t *count)
+{
+    const nrdi_live_pass *live = &n->live[pass];
+    nrd_binding *bindings = n->bindings + (size_t)pass * NRDI_MAX_USES;
+    nrd_dispatch *d = &n->dispatches[(*count)++];
+    uint32_t px = live->row->tiles ? 8 * NRDI_TILE_PX : 8;
+    memset(d, 0, sizeof *d);
+    d->name = live->row->name;
+    d->pass = pass;
+    d->pipeline = live->pipeline;
+    d->bindings = bindings;
+    d->binding_count = nrdi_use_count(live->row);
+    for (uint32_t u = 0; u < d->binding_count; u++) bindings[u] = nrdi_resolve(n, s, &live->row->uses[u], conditions);
+    d->constants = &s->constants;
+    d->push[0] = nrdi_step(s->constants.max_blur_radius, live->row->iteration);
+    d->push[1] = live->row->iteration;
+    d->groups_x = (n->frame.rect_width + px - 1) / px;
+    d->groups_y = (n->frame.rect_height + px - 1) / px;
+}
+
+static void nrdi_add_dispatches(nrd *n, nrdi_state *s, uint32_t *count)
+{
+    nrdi_fill_constants(n, s);
+    uint32_t conditions = nrdi_conditions(n, s);
+    if (n->frame.split_screen >= 1 && s->denoiser != NRD_DENOISER_REFERENCE) {  /* nothing but the input is shown: history stops */
+        conditions = NRDI_IF_SPLIT;
+        s->has_history = false;
+    }
+    for (uint32_t p = 0; p < s->pass_count; p++) {
+        const nrdi_pass_row *row = n->live[s->pass_base + p].row;
+        bool only_split = n->frame.split_screen >= 1 && s->denoiser != NRD_DENOISER_REFERENCE && row->condition != NRDI_IF_SPLIT;
+        if (only_split || (row->condition && !(conditions & row->condition))) continue;
+        nrdi_add_dispatch(n, s, s->pass_base + p, conditions, count);
+    }
+    if (n->frame.split_screen < 1 || s->denoiser == NRD_DENOISER_REFERENCE) {
+        s->parity ^= 1u;
+        s->has_history = true;
+        s->last_frame_index = n->frame.frame_index;
+    }
+}
+
+nrd_result nrd_get_dispatches(nrd *n, const uint32_t *identifiers, uint32_t identifier_count, const nrd_dispatch **dispatches, uint32_t *count)
+{
+    if (!n || !dispatches || !count) return NRD_RESULT_INVALID_ARGUMENT;
+    if (!n->frame_set) return nrdi_tell(&n->desc, NRD_SEVERITY_ERROR, NRD_RESULT_FRAME_NOT_SET, "nrd_get_dispatches: call nrd_set_frame first");
+    if (!identifiers && identifier_count) return nrdi_invalid(&n->desc, "nrd_get_dispatches: identifiers is NULL");
+    for (uint32_t k = 0; k < identifier_count; k++)
+        if (!nrdi_find_state(n, identifiers[k])) return NRD_RESULT_UNKNOWN_DENOISER;
+    uint32_t used = 0;
+    for (uint32_t i = 0; i < n->info.denoiser_count; i++) {
+        bool wanted = !identifiers;
+        for (uint32_t k = 0; k < identifier_count; k++) wanted |= identifiers[k] == n->states[i].identifier;
+        if (wanted) nrdi_add_dispatches(n, &n->states[i], &used);
+    }
+    *dispatches = n->dispatches;
+    *count = used;
+    return NRD_RESULT_OK;
+}
+
+#endif /* NRD_IMPLEMENTED */
+#endif /* NRD_IMPLEMENTATION */

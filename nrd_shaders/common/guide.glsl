@@ -1,0 +1,56 @@
+/* The guide: depth, normal and material of a pixel in 32 bits, so that a tap costs one load.
+   bits 0-15   depth / denoising range as a float with 5 exponent and 11 fraction bits (error 1.2e-4 of the depth); 0xffff: sky
+   bits 16-29  world normal, octahedral, 7 + 7 bits (error at most 1.2 degrees)
+   bits 30-31  material id
+   Octahedral map: Meyer et al., "On Floating-Point Normal Vectors", EGSR 2010. */
+#ifndef GUIDE_GLSL
+#define GUIDE_GLSL
+
+const uint GUIDE_SKY = 0xffffu;
+
+uint guide_pack_depth(float relative_z)
+{
+    uint bits = floatBitsToUint(clamp(relative_z, 3.0e-10, 0.9998)) - (95u << 23);  /* 2^-32 is exponent 0 */
+    return min((bits + 0x800u) >> 12, GUIDE_SKY - 1u);
+}
+
+vec2 guide_octahedral(vec3 n)
+{
+    n /= abs(n.x) + abs(n.y) + abs(n.z);
+    vec2 folded = (1.0 - abs(n.yx)) * vec2(n.x >= 0.0 ? 1.0 : -1.0, n.y >= 0.0 ? 1.0 : -1.0);
+    return n.z >= 0.0 ? n.xy : folded;
+}
+
+uint guide_pack(float z, vec3 normal, uint material)
+{
+    uvec2 oct = uvec2(guide_octahedral(normal) * 63.0 + 63.5);
+    return guide_pack_depth(z / g.denoising_range) | (oct.x << 16) | (oct.y << 23) | (material << 30);
+}
+
+bool guide_is_sky(uint code) { return (code & 0xffffu) == GUIDE_SKY; }
+
+/* Not of unit length. The fields lie so that a mask puts them into the fraction of a float in [1, 2). */
+vec3 guide_direction(uint code)
+{
+    vec2 fraction = vec2(uintBitsToFloat((code & 0x7f0000u) | 0x3f800000u), uintBitsToFloat(((code >> 7) & 0x7f0000u) | 0x3f800000u));
+    vec2 oct = fraction * (128.0 / 63.0) - (128.0 / 63.0 + 1.0);
+    float z = 1.0 - abs(oct.x) - abs(oct.y), fold = max(-z, 0.0);
+    return vec3(oct.x + (oct.x >= 0.0 ? -fold : fold), oct.y + (oct.y >= 0.0 ? -fold : fold), z);
+}
+
+vec3 guide_normal(uint code) { return normalize(guide_direction(code)); }
+
+/* 1 - cos of the angle to a unit normal; slightly negative by rounding at most. */
+float guide_bend(uint code, vec3 normal)
+{
+    vec3 direction = guide_direction(code);
+    return 1.0 - dot(normal, direction) * inversesqrt(dot(direction, direction));
+}
+
+/* Depth relative to the denoising range. */
+float guide_relative_depth(uint code) { return uintBitsToFloat(((code & 0xffffu) << 12) + (95u << 23)); }
+
+/* Ids at or below min_material are one class (min_material 4: all of them). */
+bool same_material(uint a, uint b) { return max(a, g.min_material) == max(b, g.min_material); }
+
+#endif

@@ -1,0 +1,43 @@
+/* What every pass has: constants, push constants, specialization constants, and the pixel grid. */
+#ifndef PASS_GLSL
+#define PASS_GLSL
+
+#include "nrd_shared.glsl"
+#include "../nrd.glsl"
+
+#define NRDI_X(type, name) type name;
+layout(std140, set = 0, binding = 0) uniform constants_block { NRD_CONSTANTS(NRDI_X) } g;
+layout(push_constant) uniform push_block { NRD_PUSH_CONSTANTS(NRDI_X) } push;
+#undef NRDI_X
+
+#define NRDI_X(name, id) layout(constant_id = id) const uint SPEC_##name = 0;
+NRD_SPEC_CONSTANTS(NRDI_X)
+#undef NRDI_X
+
+layout(local_size_x = 8, local_size_y = 8, local_size_z = 1) in;
+
+/* 0, which the compiler cannot know. Branches on nothing but constants of the frame take it in: lavapipe (Mesa 22) else compiles
+   such a pass anew for every dispatch. */
+uint opaque_zero() { return gl_WorkGroupID.z; }
+bool has_flag(uint flag) { return ((g.flags | opaque_zero()) & flag) != 0u; }
+bool is_reset() { return (g.reset | opaque_zero()) != 0u; }
+bool is_filtering() { return push.step_size > int(opaque_zero()); }
+
+ivec2 rect_size() { return ivec2(g.rect_width, g.rect_height); }
+ivec2 rect_origin() { return ivec2(g.rect_origin_x, g.rect_origin_y); }
+bool in_rect(ivec2 p) { return all(greaterThanEqual(p, ivec2(0))) && all(lessThan(p, rect_size())); }
+vec2 pixel_uv(ivec2 p) { return (vec2(p) + 0.5) / vec2(rect_size()); }
+
+/* NaN counts as sky. */
+bool is_sky(float view_z) { return !(abs(view_z) < g.denoising_range); }
+
+/* One 32-bit hash of three numbers: the finaliser of MurmurHash3 (A. Appleby) over a Weyl sum. */
+uint hash(uint x, uint y, uint z)
+{
+    uint h = x * 0x9e3779b1u + y * 0x85ebca77u + z * 0xc2b2ae3du;
+    h = (h ^ (h >> 16)) * 0x85ebca6bu;
+    h = (h ^ (h >> 13)) * 0xc2b2ae35u;
+    return h ^ (h >> 16);
+}
+
+#endif

@@ -1,0 +1,55 @@
+/* What the spatial passes of REBLUR share: a pixel, and how much its neighbours count. */
+#ifndef REBLUR_GLSL
+#define REBLUR_GLSL
+
+struct Center {
+    ivec2 pixel;
+    Plane plane;        /* distance 1 is the tolerance */
+    vec3 normal;        /* world */
+    uint material;
+};
+
+struct Neighbour {
+    ivec2 pixel;        /* where to read; the centre itself where there is nothing to read */
+    float weight;       /* 0 for sky, another material, off the plane, outside the rectangle */
+    float bend;         /* 1 - cos of the angle between the normals */
+};
+
+/* slack: 1 for long histories; larger accepts neighbours that lie farther off the plane. */
+Center make_center(ivec2 pixel, uint code, float slack)
+{
+    Center c;
+    c.pixel = pixel;
+    c.normal = guide_normal(code);
+    c.material = max(code >> 30, g.min_material);
+    float z = guide_relative_depth(code) * g.denoising_range;
+    vec2 uv = pixel_uv(pixel);
+    float scale = 1.0 / (g.plane_distance_sensitivity * frustum_size(z) * slack);
+    c.plane = make_plane(c.normal * mat3(g.view_to_world), view_position(uv, z, g.frustum, g.orthographic), uv, 1.0 / vec2(rect_size()), g.frustum,
+                         g.orthographic, scale, g.denoising_range);
+    return c;
+}
+
+ivec2 neighbour_pixel(Center c, ivec2 offset)
+{
+    ivec2 pixel = c.pixel + offset;
+    return all(lessThan(uvec2(pixel), uvec2(rect_size()))) ? pixel : c.pixel;
+}
+
+Neighbour weigh_neighbour(Center c, ivec2 offset, ivec2 pixel, uint code)
+{
+    Neighbour n;
+    n.pixel = pixel;
+    float distance = abs(plane_distance(c.plane, vec2(offset), guide_relative_depth(code)));
+    bool usable = pixel != c.pixel && !guide_is_sky(code) && max(code >> 30, g.min_material) == c.material;
+    n.weight = usable ? clamp(1.0 - distance, 0.0, 1.0) : 0.0;
+    n.bend = max(guide_bend(code, c.normal), 0.0);
+    return n;
+}
+
+/* Binomial kernel [1 2 1] x [1 2 1] / 4. */
+float kernel(ivec2 offset) { return (offset.x == 0 ? 1.0 : 0.5) * (offset.y == 0 ? 1.0 : 0.5); }
+
+const float LOG2_E = 1.442695;
+
+#endif

@@ -1,0 +1,50 @@
+/* Reads   colour and deviation, guides, lengths and reprojected stabilised luma, lighting change.
+   Writes  the output, stabilised luma.
+   Last sparse step of the wavelet filter, then the luma is pulled towards last frame's output as far as the difference can be noise:
+   the filter knows its own deviation, so no neighbourhood is needed to tell. Does not enter the colour history.
+   Self-stabilisation: D. Zhdan, GTC 2020; clamping history to what the new frame allows: B. Karis, "High Quality Temporal
+   Supersampling", SIGGRAPH 2014. */
+#version 450
+#extension GL_GOOGLE_include_directive : require
+#include "../common/pass.glsl"
+#include "../common/geometry.glsl"
+#include "../common/guide.glsl"
+#include "../common/texel.glsl"
+#include "reblur.glsl"
+
+layout(binding = 1) uniform usampler2D in_color;
+layout(binding = 2) uniform usampler2D in_guide;
+layout(binding = 3) uniform sampler2D in_tile;
+layout(binding = 4, r16f) uniform writeonly image2D out_stabilized;
+layout(binding = 5, rgba16f) uniform writeonly image2D out_radiance_hit_dist;
+vec4 load_color(ivec2 pixel) { return unpack_texel(texelFetch(in_color, pixel, 0).xy); }
+#include "atrous.glsl"
+
+float stabilize(vec4 color, Aux aux, float change)
+{
+    float frames = min(aux.frames, g.max_stabilized_frames) * (1.0 - change);
+    if (aux.stabilized < 0.0) return color.x;
+    float slack = g.stabilization_sigma_scale * color.w;
+    float allowed = clamp(aux.stabilized, color.x - slack, color.x + slack);
+    return mix(color.x, allowed, frames / (1.0 + frames));
+}
+
+void main()
+{
+    ivec2 pixel = ivec2(gl_GlobalInvocationID.xy);
+    if (!in_rect(pixel)) return;
+    uvec2 guide = texelFetch(in_guide, pixel, 0).xy;
+    if (guide_is_sky(guide.x)) {
+        imageStore(out_stabilized, pixel, vec4(0.0));   /* the sharper filter may read it */
+        return;
+    }
+    Aux aux = unpack_aux(guide.y);
+    vec4 color = load_color(pixel);
+    if (is_filtering()) color = atrous(make_center(pixel, guide.x, 1.0), color);
+    float change = has_flag(NRD_FLAG_ANTILAG) ? texelFetch(in_tile, pixel / 8, 0).x : 0.0;
+    float luma = stabilize(color, aux, change);
+    color.xyz *= luma / max(color.x, 1e-12);
+    imageStore(out_stabilized, pixel, vec4(unpackHalf2x16(packHalf2x16(vec2(luma, 0.0))).x));
+    float w = has_flag(NRD_FLAG_RETURN_HISTORY) ? aux.frames : aux.hit_dist;
+    imageStore(out_radiance_hit_dist, pixel, unpack_texel(pack_texel(vec4(color.xyz, w))));
+}
