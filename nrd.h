@@ -233,12 +233,12 @@ NRD_DECL bool nrd_format_is_uint(nrd_format format);
     X(float, feedback_frames, 2.0f, 0.0f, 64.0f, "frames", "filtered colour returns to history fully up to this length, then fades as feedback_frames / length") \
     X(float, max_blur_radius, 15.0f, 0.0f, 60.0f, "px", "reach of the spatial filter; 0 off; scaled with the rectangle") \
     X(float, diffuse_prepass_blur_radius, 0.0f, 0.0f, 75.0f, "px", "blur before accumulation, for probabilistic sampling; 0 off (needs NRD_FEATURE_PREPASS)") \
-    X(float, luminance_sigma_scale, 6.0f, 0.1f, 100.0f, "standard deviations", "neighbours that differ more are not mixed; less is sharper and noisier") \
+    X(float, luminance_sigma_scale, 8.0f, 0.1f, 100.0f, "standard deviations", "neighbours that differ more are not mixed; less is sharper and noisier") \
     X(float, plane_distance_sensitivity, 0.006f, 1e-4f, 1.0f, "of the view's extent at that depth", "neighbours farther off the surface's plane are not mixed") \
     X(float, normal_sensitivity, 8.0f, 0.0f, 1000.0f, "", "neighbours weigh exp(-this * (1 - cos of the angle between normals))") \
     X(float, antilag_sigma_scale, 3.0f, 0.5f, 100.0f, "standard deviations", "change of lighting that counts as certain; less reacts sooner and flickers more") \
     X(float, antilag_sensitivity, 1.0f, 0.0f, 1.0f, "", "how much of a certain change of lighting is applied to history; 0 off") \
-    X(float, stabilization_sigma_scale, 3.0f, 0.1f, 100.0f, "standard deviations", "stabilised history farther from the filtered value is pulled in") \
+    X(float, stabilization_sigma_scale, 2.5f, 0.1f, 100.0f, "standard deviations", "stabilised history farther from the filtered value is pulled in") \
     X(uint, enable_anti_firefly, 1, 0, 1, "", "1: single outliers are limited by their neighbourhood in the wide blurs") \
     X(uint, min_material_for_diffuse, 4, 0, 4, "", "material ids above it are kept apart from each other and the rest; 4 mixes all") \
     X(uint, return_history_length_instead_of_occlusion, 0, 0, 1, "", "1: OUT_DIFF_RADIANCE_HITDIST.w is the history length in frames")
@@ -486,18 +486,18 @@ static const nrdi_denoiser_row nrdi_rows[NRD_DENOISER_COUNT] = {
           { NRDI_IN(IN_MV), NRDI_IN(IN_NORMAL_ROUGHNESS), NRDI_IN(IN_VIEWZ),
             NRDI_IN_IF(OUT_DIFF_RADIANCE_HITDIST, NRDI_IF_PREPASS, IN_DIFF_RADIANCE_HITDIST),
             NRDI_LINEAR_IF(IN_DIFF_CONFIDENCE, NRDI_IF_CONFIDENCE, IN_DIFF_RADIANCE_HITDIST), NRDI_IN_IF(IN_DISOCCLUSION_THRESHOLD_MIX, NRDI_IF_THRESHOLD_MIX, IN_VIEWZ),
-            NRDI_READ_PREV(NRDI_GUIDE), NRDI_READ(NRDI_HISTORY), NRDI_LINEAR(NRDI_STABILIZED), NRDI_READ(NRDI_TILE),
+            NRDI_READ_PREV(NRDI_GUIDE), NRDI_READ(NRDI_HISTORY), NRDI_LINEAR(NRDI_STABILIZED), NRDI_LINEAR(NRDI_TILE),
             NRDI_OUT(OUT_DIFF_RADIANCE_HITDIST), NRDI_WRITE(NRDI_GUIDE), NRDI_WRITE(NRDI_TILE_RAW), NRDI_STOP } },
         { "lighting change", "reblur_lighting_change", NRDI_IF_ANTILAG, 0, 1, 0,
           { NRDI_READ(NRDI_TILE_RAW), NRDI_READ(NRDI_TILE), NRDI_WRITE(NRDI_TILE), NRDI_STOP } },
         { "blur", "reblur_blur", NRDI_ALWAYS, 0, 0, 0,
-          { NRDI_IN(OUT_DIFF_RADIANCE_HITDIST), NRDI_READ(NRDI_GUIDE), NRDI_READ(NRDI_TILE), NRDI_WRITE(NRDI_HISTORY), NRDI_WRITE_PREV(NRDI_GUIDE), NRDI_STOP } },
+          { NRDI_IN(OUT_DIFF_RADIANCE_HITDIST), NRDI_READ(NRDI_GUIDE), NRDI_LINEAR(NRDI_TILE), NRDI_WRITE(NRDI_HISTORY), NRDI_WRITE_PREV(NRDI_GUIDE), NRDI_STOP } },
         { "post-blur 1", "reblur_post_blur_to_out", NRDI_IF_BLUR, 0, 0, 1,
           { NRDI_READ_PREV(NRDI_GUIDE), NRDI_READ(NRDI_GUIDE), NRDI_OUT(OUT_DIFF_RADIANCE_HITDIST), NRDI_STOP } },
         { "post-blur 2", "reblur_post_blur_from_out", NRDI_IF_BLUR, 0, 0, 2,
           { NRDI_IN(OUT_DIFF_RADIANCE_HITDIST), NRDI_READ(NRDI_GUIDE), NRDI_WRITE_PREV(NRDI_GUIDE), NRDI_STOP } },
         { "stabilization", "reblur_stabilization", NRDI_ALWAYS, 0, 0, 3,
-          { NRDI_READ_PREV(NRDI_GUIDE), NRDI_READ(NRDI_GUIDE), NRDI_READ(NRDI_TILE), NRDI_WRITE(NRDI_STABILIZED), NRDI_OUT(OUT_DIFF_RADIANCE_HITDIST), NRDI_STOP } },
+          { NRDI_READ_PREV(NRDI_GUIDE), NRDI_READ(NRDI_GUIDE), NRDI_LINEAR(NRDI_TILE), NRDI_WRITE(NRDI_STABILIZED), NRDI_OUT(OUT_DIFF_RADIANCE_HITDIST), NRDI_STOP } },
         { "split screen", "reblur_split_screen", NRDI_IF_SPLIT, NRD_FEATURE_SPLIT_SCREEN, 0, 0,
           { NRDI_IN(IN_VIEWZ), NRDI_IN(IN_DIFF_RADIANCE_HITDIST), NRDI_OUT(OUT_DIFF_RADIANCE_HITDIST), NRDI_STOP } } } },
 };
@@ -623,7 +623,7 @@ void nrd_settings_defaults(nrd_denoiser denoiser, void *settings)
     for (uint32_t i = 0; i < list.count; i++) {
         char *at = (char *)settings + list.rows[i].offset;
         float f = (float)list.rows[i].value;
-        uint32_t u = (uint32_t)list.rows[i].value;
+        uint32_t u = list.rows[i].is_float ? 0 : (uint32_t)list.rows[i].value;   /* a negative one does not convert */
         memcpy(at, list.rows[i].is_float ? (const void *)&f : (const void *)&u, 4);
     }
 }
@@ -663,11 +663,11 @@ struct nrd {
     nrd_access *accesses;           /* NRDI_MAX_USES per pipeline */
     nrd_binding *bindings;          /* NRDI_MAX_USES per pass */
     nrd_dispatch *dispatches;
-    nrd_frame frame;
+    nrd_frame frame, last;          /* last: of the previous frame_index */
     nrd_camera camera_prev;
     uint32_t rect_prev[2];
     float range_prev;
-    bool frame_set, frame_restart;
+    bool frame_set, frame_restart, has_last;
 };
 
 /* ---------------------------------------------------------------------------------------------------------------------------
@@ -872,6 +872,20 @@ static uint32_t nrdi_find_pipeline(nrd *n, const nrdi_pass_row *pass)
     return i;
 }
 
+/* Bytes of the textures that only this pass and others that are left out would use. */
+static uint64_t nrdi_saved_bytes(const nrd *n, const nrdi_denoiser_row *row, uint32_t pass, uint32_t useful)
+{
+    uint64_t bytes = 0;
+    for (uint32_t t = 0; t < nrdi_texture_count(row); t++) {
+        const nrdi_texture_row *r = &row->textures[t];
+        bool needed = !nrdi_pass_uses(&row->passes[pass], t);
+        for (uint32_t p = 0; p < nrdi_pass_count(row); p++) needed |= (useful >> p & 1u) && nrdi_pass_uses(&row->passes[p], t);
+        uint64_t texels = (uint64_t)((n->desc.width + r->divisor - 1u) / r->divisor) * ((n->desc.height + r->divisor - 1u) / r->divisor);
+        if (!needed) bytes += texels * nrd_format_bytes(r->format) * (r->kind == NRDI_PING_PONG ? 2u : 1u);
+    }
+    return bytes;
+}
+
 static void nrdi_add_passes(nrd *n, nrdi_state *s)
 {
     uint32_t index = (uint32_t)(s - n->states), useful = nrdi_declared_passes(s->row, n->desc.features);
@@ -879,7 +893,8 @@ static void nrdi_add_passes(nrd *n, nrdi_state *s)
     for (uint32_t p = 0; p < nrdi_pass_count(s->row); p++) {
         const nrdi_pass_row *row = &s->row->passes[p];
         if (!(useful & (1u << p))) {
-            nrd_left_out left = { row->name, row->feature ? "nrd_desc.features does not declare it" : "nothing that is left reads its result", 0 };
+            nrd_left_out left = { row->name, row->feature ? "nrd_desc.features does not declare it" : "nothing that is left reads its result",
+                                  nrdi_saved_bytes(n, s->row, p, useful) };
             n->left_out[n->info.left_out_count++] = left;
             continue;
         }
@@ -983,7 +998,8 @@ static size_t nrdi_lay_out(nrd *n, char *base, size_t denoisers)
 nrd_result nrd_create(const nrd_desc *desc, nrd **out)
 {
     nrd counting;
-    if (!desc || !out) return NRD_RESULT_INVALID_ARGUMENT;
+    if (!desc) return NRD_RESULT_INVALID_ARGUMENT;
+    if (!out) return nrdi_invalid(desc, "nrd_create: out is NULL");
     nrd_result r = nrdi_check_desc(desc);
     if (r) return r;
     size_t bytes = nrdi_lay_out(&counting, NULL, desc->denoiser_count);
@@ -1029,14 +1045,14 @@ static nrd_result nrdi_check_camera(const nrd_desc *d, const nrd_camera *c, cons
     const float *p = c->view_to_clip, *w = c->world_to_view;
     const char *wrong = NULL;
     for (int i = 0; i < 16; i++)
-        if (!(fabsf(p[i]) <= 3e38f) || !(fabsf(w[i]) <= 3e38f)) wrong = "holds NaN or infinity";
+        if (!(fabsf(p[i]) <= 3e38f) || !(fabsf(w[i]) <= 3e38f)) wrong = !(fabsf(p[i]) <= 3e38f) ? ".view_to_clip holds NaN or infinity" : ".world_to_view holds NaN or infinity";
     for (int i = 0; i < 3 && !wrong; i++)
         for (int k = i; k < 3; k++) {
             float dot = w[i] * w[k] + w[4 + i] * w[4 + k] + w[8 + i] * w[8 + k];
             if (!(fabsf(dot - (i == k ? 1.0f : 0.0f)) < 0.01f)) wrong = ".world_to_view is not a rotation and a translation";
         }
     if (!wrong && (w[3] != 0 || w[7] != 0 || w[11] != 0 || w[15] != 1)) wrong = ".world_to_view has a last row other than 0 0 0 1: is it transposed? (column-major, column vectors)";
-    if (!wrong && (p[0] == 0 || p[5] == 0 || (p[11] == 0 && p[15] == 0))) wrong = ".view_to_clip is no projection (column-major, column vectors)";
+    if (!wrong && (p[0] == 0 || p[5] == 0 || !((fabsf(p[11]) == 1 && p[15] == 0) || (p[11] == 0 && p[15] == 1)))) wrong = ".view_to_clip is no projection (column-major, column vectors)";
     if (!wrong && p[11] == 0 && p[10] == 0) wrong = ".view_to_clip has no depth";
     if (!wrong) {
         nrd_result r = nrdi_check_range(d, owner, "jitter[0]", c->jitter[0], -0.5, 0.5);
@@ -1067,31 +1083,28 @@ static nrd_result nrdi_check_frame(const nrd *n, const nrd_frame *f, uint32_t wi
 
 nrd_result nrd_set_frame(nrd *n, const nrd_frame *frame)
 {
-    if (!n || !frame) return NRD_RESULT_INVALID_ARGUMENT;
+    if (!n) return NRD_RESULT_INVALID_ARGUMENT;
+    if (!frame) return nrdi_invalid(&n->desc, "nrd_set_frame: frame is NULL");
     uint32_t width = frame->rect_width ? frame->rect_width : n->desc.width, height = frame->rect_height ? frame->rect_height : n->desc.height;
     nrd_result r = nrdi_check_frame(n, frame, width, height);
     if (r) return r;
     bool first = !n->frame_set, advanced = first || frame->frame_index != n->frame.frame_index;
     if (!first && advanced && frame->frame_index != n->frame.frame_index + 1 && !frame->restart)
         nrdi_tell(&n->desc, NRD_SEVERITY_WARNING, NRD_RESULT_INVALID_ARGUMENT, "nrd_frame.frame_index did not advance by 1: history restarts");
-    if (advanced && !first) {
-        n->camera_prev = n->frame.camera;
-        n->rect_prev[0] = n->frame.rect_width;
-        n->rect_prev[1] = n->frame.rect_height;
-        n->range_prev = n->frame.denoising_range;
+    if (advanced && !first) {   /* what a replacing frame with the same index starts from again */
+        n->last = n->frame;
+        n->has_last = true;
     }
-    n->frame_restart = first || frame->restart || (!advanced && n->frame_restart);
     n->frame = *frame;
     n->frame.rect_width = width;
     n->frame.rect_height = height;
-    if (frame->camera_prev) n->camera_prev = *frame->camera_prev;
     n->frame.camera_prev = NULL;
-    if (n->frame_restart) {
-        n->camera_prev = frame->camera;
-        n->rect_prev[0] = width;
-        n->rect_prev[1] = height;
-        n->range_prev = frame->denoising_range;
-    }
+    n->frame_restart = frame->restart || !n->has_last;
+    const nrd_frame *last = n->frame_restart ? &n->frame : &n->last;
+    n->camera_prev = frame->camera_prev && !n->frame_restart ? *frame->camera_prev : last->camera;
+    n->rect_prev[0] = last->rect_width;
+    n->rect_prev[1] = last->rect_height;
+    n->range_prev = last->denoising_range;
     n->frame_set = true;
     return NRD_RESULT_OK;
 }
@@ -1346,7 +1359,8 @@ static void nrdi_add_dispatches(nrd *n, nrdi_state *s, uint32_t *count)
 
 nrd_result nrd_get_dispatches(nrd *n, const uint32_t *identifiers, uint32_t identifier_count, const nrd_dispatch **dispatches, uint32_t *count)
 {
-    if (!n || !dispatches || !count) return NRD_RESULT_INVALID_ARGUMENT;
+    if (!n) return NRD_RESULT_INVALID_ARGUMENT;
+    if (!dispatches || !count) return nrdi_invalid(&n->desc, "nrd_get_dispatches: dispatches or count is NULL");
     if (!n->frame_set) return nrdi_tell(&n->desc, NRD_SEVERITY_ERROR, NRD_RESULT_FRAME_NOT_SET, "nrd_get_dispatches: call nrd_set_frame first");
     if (!identifiers && identifier_count) return nrdi_invalid(&n->desc, "nrd_get_dispatches: identifiers is NULL");
     for (uint32_t k = 0; k < identifier_count; k++)

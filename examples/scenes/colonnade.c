@@ -7,7 +7,7 @@ static const float spacing = 2.2f;
 
 static void add_column(scene *s, vec3 base, uint32_t marble, uint32_t stone)
 {
-    static const float shaft[14][2] = { { 0.42f, 0.16f },  { 0.43f, 0.20f }, { 0.42f, 0.25f }, { 0.36f, 0.27f },
+    static const float shaft[14][2] = { { 0.43f, 0.15f },  { 0.43f, 0.20f }, { 0.42f, 0.25f }, { 0.36f, 0.27f },
                                         { 0.345f, 0.34f }, { 0.345f, 1.2f }, { 0.335f, 2.0f }, { 0.315f, 2.8f },
                                         { 0.29f, 3.5f },   { 0.32f, 3.52f }, { 0.32f, 3.58f }, { 0.30f, 3.60f },
                                         { 0.42f, 3.78f },  { 0.42f, 3.82f } };

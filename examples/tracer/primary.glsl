@@ -52,6 +52,18 @@ PT_FN vec3 pt_project_sky(pt_camera camera, vec3 direction)
 // motion of exactly zero, because both projections are then the same arithmetic on the same numbers.
 PT_FN vec3 pt_motion(vec3 projected, vec3 projected_prev) { return projected_prev - projected; }
 
+// The surface of a primary hit. Where the smooth surface dips under a neighbouring one, rays leave from the triangle:
+// otherwise such pixels would be black.
+PT_FN pt_surface pt_primary_surface(PT_SCENE pt_hit hit, vec3 direction)
+{
+    pt_surface s = pt_surface_at(PT_S hit, direction, true);
+    vec3 bare = pt_lifted(s.position, s.face_normal);
+    vec3 lift = s.origin - bare;
+    float distance = length(lift);
+    if (distance > PT_SURFACE_EPS && pt_occluded(PT_S bare, lift * (1.0f / distance), distance)) s.origin = bare;
+    return s;
+}
+
 // Unshadowed light of the sun, both lobes. The disk's size keeps the highlight of a mirror as bright as the disk
 // itself.
 PT_FN vec3 pt_sun_light(PT_SCENE pt_surface s)

@@ -73,6 +73,13 @@ PT_FN vec3 pt_smooth_point(pt_triangle tri, vec3 p, vec3 face, float wb, float w
     return p + sum;
 }
 
+// A ray origin off the surface, by enough to be above rounding errors.
+PT_FN vec3 pt_lifted(vec3 point, vec3 face)
+{
+    float size = max(max(abs1(point[0]), abs1(point[1])), abs1(point[2]));
+    return point + face * (PT_SURFACE_EPS * max(0.1f * size, 1.0f));
+}
+
 // Shading normal tilted by the slope of the texture, whose height in metres is bump x pattern.
 PT_FN vec3 pt_bumped_normal(pt_triangle tri, pt_material m, vec3 n, float u, float v, float pattern)
 {
@@ -132,9 +139,7 @@ PT_FN pt_surface pt_surface_at(PT_SCENE pt_hit hit, vec3 direction, bool bumpy)
     vec3 face = normalize(cross(xyz_of(tri.p[1]) - xyz_of(tri.p[0]), xyz_of(tri.p[2]) - xyz_of(tri.p[0])));
     bool front = dot(face, direction) < 0.0f;
     s.face_normal = front ? face : face * -1.0f;
-    float size = max(max(abs1(s.position[0]), abs1(s.position[1])), abs1(s.position[2]));
-    s.origin = pt_smooth_point(tri, s.position, s.face_normal, hit.b1, hit.b2);
-    s.origin = s.origin + s.face_normal * (PT_SURFACE_EPS * max(0.1f * size, 1.0f));
+    s.origin = pt_lifted(pt_smooth_point(tri, s.position, s.face_normal, hit.b1, hit.b2), s.face_normal);
 
     float scale = m.color2[3];
     float u = (tri.p[0][3] * (1.0f - hit.b1 - hit.b2) + tri.p[1][3] * hit.b1 + tri.p[2][3] * hit.b2) * scale;

@@ -246,7 +246,7 @@ void main()
         }
         return;
     }
-    pt_surface s = pt_surface_at(hit, direction, true);
+    pt_surface s = pt_primary_surface(hit, direction);
     if (is_reference) {
         put_reference(s);
         return;

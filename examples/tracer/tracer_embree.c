@@ -175,7 +175,7 @@ static void render_pixel(const pt_scene *pt, uint32_t x, uint32_t y, float *plan
         put_sky(pt, at, direction);
         return;
     }
-    pt_surface s = pt_surface_at(pt, hit, direction, true);
+    pt_surface s = pt_primary_surface(pt, hit, direction);
     pt_lobe diffuse = mean_lobe(pt, &s, x, y, PT_LOBE_DIFFUSE), specular = mean_lobe(pt, &s, x, y, PT_LOBE_SPECULAR);
     put_guides(pt, at, &s);
     put_lobe(at, n, PT_PLANE_DIFFUSE, &diffuse, s.diffuse_factor);
@@ -190,7 +190,7 @@ static void accumulate_pixel(const pt_scene *pt, uint32_t x, uint32_t y, double 
     vec3 direction = pt_camera_direction(pt->frame.camera, pt_pixel_uv(pt, x, y, false));
     pt_hit hit = pt_closest(pt, pt->frame.camera.position, direction);
     if (hit.triangle == PT_NO_TRIANGLE) return;
-    pt_surface s = pt_surface_at(pt, hit, direction, true);
+    pt_surface s = pt_primary_surface(pt, hit, direction);
     for (uint32_t i = 0; i < pt->frame.sample_count; i++) {
         pt_rng rng = pt_pixel_rng(pt, x, y, PT_STREAM_REFERENCE, pt->frame.sample_first + i);
         pt_reference r = pt_reference_sample(pt, s, rng);

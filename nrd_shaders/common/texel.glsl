@@ -5,6 +5,13 @@
 uvec2 pack_texel(vec4 v) { return uvec2(packHalf2x16(v.xy), packHalf2x16(v.zw)); }
 vec4 unpack_texel(uvec2 t) { return vec4(unpackHalf2x16(t.x), unpackHalf2x16(t.y)); }
 
+/* Rounds to a half at random, up as often as the remainder is large: an average that moves by less than half a step a frame would
+   stand still under rounding to nearest. What is a half already stays. random: [0, 1). */
+vec4 dither_to_half(vec4 v, float random)
+{
+    return uintBitsToFloat((floatBitsToUint(v) + uint(random * 8192.0)) & 0xffffe000u);
+}
+
 /* Second word of the guide texel: bits 0-7 history length in quarter frames, 8-15 hit distance, 16-31 stabilised luma of the previous frame, reprojected. */
 struct Aux {
     float frames;      /* [0, 63.75] */

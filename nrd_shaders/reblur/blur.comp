@@ -43,9 +43,9 @@ void main()
     if (!in_rect(pixel)) return;
     uvec2 guide = texelFetch(in_guide, pixel, 0).xy;
     if (guide_is_sky(guide.x)) return;
-    vec4 change = has_flag(NRD_FLAG_ANTILAG) ? texelFetch(in_tile, pixel / 8, 0) : vec4(0.0, 1.0, 0.0, 0.0);
+    vec4 change = has_flag(NRD_FLAG_ANTILAG) ? sample_tiles(in_tile, vec2(pixel) + 0.5, rect_size()) : vec4(0.0, 1.0, 0.0, 0.0);
     float frames = aux_frames(guide.y);
-    frames = max(mix(frames, min(frames, 3.0), change.x), 1.0);
+    frames = max(mix(frames, min(frames, CHANGED_FRAMES), change.x), 1.0);
     float slack = 1.0 + g.history_fix_frames * g.history_fix_frames / (frames * frames), normal_scale = -LOG2_E * g.normal_sensitivity / slack;
     Center c = make_center(pixel, guide.x, slack);
     vec4 color = texelFetch(in_color, pixel, 0);

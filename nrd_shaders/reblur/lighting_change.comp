@@ -1,5 +1,5 @@
 /* Reads   tile statistics of this frame, the tile's state.
-   Writes  the tile's state: x amount of change [0,1], y factor for history, z smoothed luma change, w smoothed luma.
+   Writes  the tile's state: x amount of change [0,1], y factor for history, z smoothed luma change.
    Decides per tile whether light has changed: the mean difference of new samples to history, over about 70 x 70 px and 3 frames,
    against its standard error. On linear luma of many pixels, because single pixels, roots and logarithms of noise fire falsely (Jensen).
    After accumulation, before the blur that rescales what has changed. */
@@ -13,9 +13,17 @@ layout(binding = 2) uniform sampler2D prev_tile;
 layout(binding = 3, rgba16f) uniform writeonly image2D out_tile;
 
 const int REACH = 4;              /* tiles; less misses weak changes, more smears local ones */
-const float MEMORY = 0.33;        /* weight of the new frame */
-const float FULL_CHANGE = 0.03;   /* change beyond the noise, relative to the luma, that is applied in full */
+const float MEMORY = 0.5;         /* weight of the new frame; 0.33 lags a frame more, 1 sees only sudden changes */
+const float FULL_CHANGE = 0.06;   /* change beyond the noise, relative to the luma, that is applied in full */
 const float MAX_FACTOR = 4.0;
+
+const float SUDDEN = 1.5;         /* a change seen in one frame alone must be this much clearer */
+
+/* How certain it is that a change is none of noise, and worth acting on: [0, 1]. */
+float certainty(float change, float error, float luma)
+{
+    return clamp((abs(change) - g.antilag_sigma_scale * error) / (FULL_CHANGE * max(luma, abs(change)) + 1e-12), 0.0, 1.0);
+}
 
 void main()
 {
@@ -37,10 +45,12 @@ void main()
         imageStore(out_tile, tile, vec4(0.0, 1.0, 0.0, 0.0));
         return;
     }
-    float change = mix(state.z, sum.x / sum.z, MEMORY), luma = sum.y / sum.z;
-    float error = sqrt(variance) / sum.z * sqrt(MEMORY / (2.0 - MEMORY));
-    float certain = clamp((abs(change) - g.antilag_sigma_scale * error) / (FULL_CHANGE * max(luma, abs(change)) + 1e-12), 0.0, 1.0) * g.antilag_sensitivity;
+    float luma = sum.y / sum.z, now = sum.x / sum.z, error = sqrt(variance) / sum.z;
+    float smooth_change = mix(state.z, now, MEMORY), smooth_error = error * sqrt(MEMORY / (2.0 - MEMORY));
+    float sudden = certainty(now, SUDDEN * error, luma), certain = certainty(smooth_change, smooth_error, luma);
+    float change = sudden > certain ? now : smooth_change;
+    certain = max(sudden, certain) * g.antilag_sensitivity;
     float factor = clamp((luma + change) / max(luma, 1e-12), 1.0 / MAX_FACTOR, MAX_FACTOR);
-    state = vec4(certain, factor, change * (1.0 - certain), luma);
+    state = vec4(certain, factor, smooth_change * (1.0 - certain), 0.0);
     imageStore(out_tile, tile, unpack_texel(pack_texel(clamp(state, -65504.0, 65504.0))));
 }

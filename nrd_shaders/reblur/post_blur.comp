@@ -25,6 +25,7 @@ layout(binding = 3, rg32ui) uniform writeonly uimage2D out_color;
 vec4 load_color(ivec2 pixel) { return texelFetch(in_color, pixel, 0); }
 void store(ivec2 pixel, vec4 color) { imageStore(out_color, pixel, uvec4(pack_texel(color), 0u, 0u)); }
 #endif
+const bool CROSS = true;
 #include "atrous.glsl"
 
 void main()

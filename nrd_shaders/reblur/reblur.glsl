@@ -52,4 +52,7 @@ float kernel(ivec2 offset) { return (offset.x == 0 ? 1.0 : 0.5) * (offset.y == 0
 
 const float LOG2_E = 1.442695;
 
+/* Frames that history counts for after a certain change of lighting (3 to 8 tried: less flickers, more lags). */
+const float CHANGED_FRAMES = 8.0;
+
 #endif

@@ -18,14 +18,15 @@ layout(binding = 3) uniform sampler2D in_tile;
 layout(binding = 4, r16f) uniform writeonly image2D out_stabilized;
 layout(binding = 5, rgba16f) uniform writeonly image2D out_radiance_hit_dist;
 vec4 load_color(ivec2 pixel) { return unpack_texel(texelFetch(in_color, pixel, 0).xy); }
+const bool CROSS = false;
 #include "atrous.glsl"
 
-float stabilize(vec4 color, Aux aux, float change)
+float stabilize(vec4 color, Aux aux, vec4 change)
 {
-    float frames = min(aux.frames, g.max_stabilized_frames) * (1.0 - change);
+    float frames = min(aux.frames, g.max_stabilized_frames);
     if (aux.stabilized < 0.0) return color.x;
     float slack = g.stabilization_sigma_scale * color.w;
-    float allowed = clamp(aux.stabilized, color.x - slack, color.x + slack);
+    float allowed = clamp(aux.stabilized * mix(1.0, change.y, change.x), color.x - slack, color.x + slack);
     return mix(color.x, allowed, frames / (1.0 + frames));
 }
 
@@ -41,7 +42,7 @@ void main()
     Aux aux = unpack_aux(guide.y);
     vec4 color = load_color(pixel);
     if (is_filtering()) color = atrous(make_center(pixel, guide.x, 1.0), color);
-    float change = has_flag(NRD_FLAG_ANTILAG) ? texelFetch(in_tile, pixel / 8, 0).x : 0.0;
+    vec4 change = has_flag(NRD_FLAG_ANTILAG) ? sample_tiles(in_tile, vec2(pixel) + 0.5, rect_size()) : vec4(0.0, 1.0, 0.0, 0.0);
     float luma = stabilize(color, aux, change);
     color.xyz *= luma / max(color.x, 1e-12);
     imageStore(out_stabilized, pixel, vec4(unpackHalf2x16(packHalf2x16(vec2(luma, 0.0))).x));

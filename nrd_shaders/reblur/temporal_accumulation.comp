@@ -10,6 +10,7 @@
 #include "../common/geometry.glsl"
 #include "../common/guide.glsl"
 #include "../common/texel.glsl"
+#include "reblur.glsl"
 
 layout(binding = 1) uniform sampler2D in_motion;
 layout(binding = 2) uniform sampler2D in_normal_roughness;
@@ -27,6 +28,10 @@ layout(binding = 13, rgba16f) uniform writeonly image2D out_tile_raw;
 
 /* Tried 0.1 to 1: more blurs normal-mapped walls under a moving camera, less makes heavy-tailed inputs noisier. */
 const float BEND_TOLERANCE = 0.3;
+const float LEAST_BEND = 1e-3;   /* 2.6 degrees: twice what the guide's normals resolve */
+
+/* Frames of history from which on a pixel has a say in whether lighting changed. 2 to 6 tried; below CHANGED_FRAMES, or a change silences its tile. */
+const float SETTLED_FRAMES = 4.0;
 
 shared vec4 s_sums[64];
 
@@ -74,7 +79,7 @@ float sample_stabilized(vec2 position_px, float low, float high)
     vec2 base = floor(position_px - 0.5) + 0.5, f = position_px - base;
     vec2 w0 = f * (-0.5 + f * (1.0 - 0.5 * f)), w1 = 1.0 + f * f * (-2.5 + 1.5 * f), w2 = f * (0.5 + f * (2.0 - 1.5 * f)), w3 = f * f * (-0.5 + 0.5 * f);
     vec2 w12 = w1 + w2, size = vec2(textureSize(prev_stabilized, 0));
-    vec2 p0 = (base - 1.0) / size, p12 = (base + w2 / w12) / size, p3 = (base + 2.0) / size;
+    vec2 p0 = (base - 1.0) / size, p12 = (base + w2 / w12) / size, p3 = min(base + 2.0, vec2(g.rect_width_prev, g.rect_height_prev) - 0.5) / size;
     vec4 w = vec4(w12.x * w0.y, w0.x * w12.y, w12.x * w12.y, w3.x * w12.y);
     float w_last = w12.x * w3.y;
     float sum = w.x * textureLod(prev_stabilized, vec2(p12.x, p0.y), 0.0).x + w.y * textureLod(prev_stabilized, vec2(p0.x, p12.y), 0.0).x
@@ -93,6 +98,7 @@ History fetch_history(Reprojection r, vec3 normal_ws, uint material)
     Plane plane = make_plane(mat3(g.world_to_view_prev) * normal_ws, r.position, (corner + 0.5) / size_prev, 1.0 / size_prev, g.frustum_prev,
                              g.orthographic_prev, 1.0 / r.tolerance, g.denoising_range_prev);
     History h = no_history();
+    vec4 stabilized = textureGather(prev_stabilized, (corner + 1.0) / vec2(textureSize(prev_stabilized, 0)), 0).wzxy;
     float sum = 0.0, low = 65504.0, high = 0.0;
     for (int i = 0; i < 4; i++) {
         ivec2 offset = ivec2(i & 1, i >> 1), texel = base + offset;
@@ -100,7 +106,7 @@ History fetch_history(Reprojection r, vec3 normal_ws, uint material)
         uvec2 guide = texelFetch(prev_guide, texel, 0).xy;
         bool same = abs(plane_distance(plane, vec2(offset), guide_relative_depth(guide.x))) < 1.0 && same_material(guide.x >> 30, material);
         if (!same || guide_is_sky(guide.x)) continue;
-        float w = (i & 1) == 0 ? 1.0 - f.x : f.x, luma = texelFetch(prev_stabilized, texel, 0).x;
+        float w = (i & 1) == 0 ? 1.0 - f.x : f.x, luma = stabilized[i];
         w *= (i >> 1) == 0 ? 1.0 - f.y : f.y;
         Aux aux = unpack_aux(guide.y);
         h.bend += w * max(guide_bend(guide.x, normal_ws), 0.0);
@@ -124,10 +130,10 @@ History fetch_history(Reprojection r, vec3 normal_ws, uint material)
 /* Where lighting changed last frame, history was rescaled then and counts as short now. */
 float shorten(float frames, vec2 uv_prev)
 {
-    vec2 tiles = uv_prev * vec2(g.rect_width_prev, g.rect_height_prev) / 8.0;
-    float change = has_flag(NRD_FLAG_ANTILAG) ? texelFetch(prev_tile, ivec2(tiles), 0).x : 0.0;
+    ivec2 rect_prev = ivec2(g.rect_width_prev, g.rect_height_prev);
+    float change = has_flag(NRD_FLAG_ANTILAG) ? sample_tiles(prev_tile, uv_prev * vec2(rect_prev), rect_prev).x : 0.0;
     if (has_flag(NRD_FLAG_HISTORY_CONFIDENCE)) frames *= clamp(textureLod(in_confidence, uv_prev, 0.0).x, 0.0, 1.0);
-    return mix(frames, min(frames, 3.0), change);
+    return mix(frames, min(frames, CHANGED_FRAMES), change);
 }
 
 /* History of a surface that faced another way (normal maps under motion) is biased; accept it only as long as its bias is below what
@@ -136,7 +142,7 @@ float shorten(float frames, vec2 uv_prev)
 float bend_limit(History h)
 {
     float relative_variance = (h.color.w * h.color.w + 1e-12) / (h.color.x * h.color.x + 1e-12);
-    return max(BEND_TOLERANCE * relative_variance / max(h.bend, 1e-6), 1.0);
+    return h.bend < LEAST_BEND ? 64.0 : max(BEND_TOLERANCE * relative_variance / h.bend, 1.0);
 }
 
 /* Welford's recurrence with the length as an effective one; sigma is the unbiased deviation of single samples. */
@@ -147,7 +153,8 @@ float update_sigma(float sigma, float delta, float frames)
     return sqrt(mix(sigma * sigma, variance, 1.0 / max(frames, 1.0)));
 }
 
-/* Returns what the pixel adds to its tile: (luma change, its square, luma, 1). */
+/* Returns what the pixel adds to its tile: (luma change, its expected square, luma, 1). The square is mostly the new sample's own, which
+   follows a change at once; the history's part keeps skewed noise (rare bright samples) from looking like darkening. */
 vec4 accumulate(ivec2 pixel)
 {
     float signed_z = in_rect(pixel) ? texelFetch(in_view_z, pixel + rect_origin(), 0).x * g.view_z_scale : 0.0, z = abs(signed_z);
@@ -168,9 +175,9 @@ vec4 accumulate(ivec2 pixel)
     vec4 color = vec4(mix(h.color.xyz, noisy.xyz, alpha), update_sigma(h.color.w, delta, h.frames));
     Aux aux = Aux(min(h.frames + 1.0, 63.75), mix(h.hit_dist, noisy.w, alpha), h.frames > 0.0 ? h.stabilized : -1.0);
     float random = (float(hash(uint(pixel.x), uint(pixel.y), g.frame_index) >> 24) + 0.5) / 256.0;
-    imageStore(out_color, pixel, unpack_texel(pack_texel(min(color, vec4(65504.0)))));
+    imageStore(out_color, pixel, dither_to_half(min(color, vec4(65504.0)), random));
     imageStore(out_guide, pixel, uvec4(guide_pack(z, surface.normal, surface.material_id), pack_aux(aux, random), 0u, 0u));
-    return h.frames > 3.0 ? vec4(delta, delta * delta, h.color.x, 1.0) : vec4(0.0);
+        return h.frames > SETTLED_FRAMES ? vec4(delta, mix(delta * delta, h.color.w * h.color.w, 0.25), h.color.x, 1.0) : vec4(0.0);
 }
 
 /* Mean of the 8 x 8 pixels; the square as a root, so that it fits 16 bits. */

@@ -16,12 +16,11 @@ void main()
     if (!in_rect(pixel)) return;
     vec4 value = texelFetch(in_signal, pixel, 0);
     bool usable = nrd_is_finite(value.xyz) && nrd_is_finite(value.w);
-    vec4 mean = usable ? value : vec4(0.0);
-    if ((g.history_frames | opaque_zero()) > 0u) {   /* assigned, not blended, at first: 0 * NaN is NaN */
-        vec4 history = texelFetch(in_history, pixel, 0);
-        mean = usable ? mix(history, value, 1.0 / (1.0 + float(g.history_frames))) : history;
-    }
-    imageStore(out_history, pixel, mean);
+    vec4 history = texelFetch(in_history, pixel, 0);   /* NaN: no usable sample yet */
+    bool known = g.history_frames > 0u && nrd_is_finite(history.x);
+    vec4 mean = known ? history : vec4(0.0);
+    if (usable) mean = known ? mix(history, value, 1.0 / (1.0 + float(g.history_frames))) : value;
+    imageStore(out_history, pixel, usable || known ? mean : vec4(uintBitsToFloat(0x7fc00000u)));
     if (pixel_uv(pixel).x >= g.split_screen) imageStore(out_signal, pixel, mean);
-    else imageStore(out_signal, pixel, value);
+    else imageStore(out_signal, pixel, usable ? value : vec4(0.0));
 }

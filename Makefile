@@ -1,0 +1,136 @@
+# make               everything: SPIR-V modules, examples, tests (into build/)
+# make demo          renders a moving scene, denoises it, prints an error/time table; installs what is missing
+# make test          builds and runs all tests; installs what is missing
+# make dist          build/nrd-sdk/: what an engine needs; no shader compiler among it
+# make gpu           build/gpu/: programs and tests with their libraries, for machines that have none; then, over there,
+#                    NRD_BUILD=build/gpu tests/run.sh test_gpu test_vk. tracer=1 adds nrd-render (60 MB)
+# Others: spv shared check examples format clean.
+# Options: config=release|debug|sanitize, werror=1, V=1 (shows commands); own settings: Makefile.config (untracked).
+config ?= release
+werror ?= 0
+-include Makefile.config
+
+flags_release  := -O2
+flags_debug    := -O0 -g
+flags_sanitize := -O1 -g -fsanitize=address,undefined -fno-sanitize-recover=undefined -fno-omit-frame-pointer
+ifeq ($(flags_$(config)),)
+$(error config=$(config): must be release, debug or sanitize)
+endif
+
+B := $(if $(filter release,$(config)),build,build-$(config))
+Q := $(if $(V),,@)
+ALL_CFLAGS = -std=c99 -Wall -Wextra -pedantic $(if $(filter 1,$(werror)),-Werror) $(flags_$(config)) $(CPPFLAGS) $(CFLAGS)
+INCLUDES   = -I. -I$B -Iexamples -Itests
+LIBS       = -lOpenEXRCore -lpng -lcmocka -lm -ldl -lpthread
+GLSL       = glslangValidator --quiet -V --target-env vulkan1.1 -Inrd_shaders --depfile $@.d
+SHARED     = sed -n '/>>shared begin/,/>>shared end/p' nrd.h | \
+             sed -e '1s/.*/\/* Cut out of nrd.h by `make shared`; edit it there. *\//' -e '$$d'
+# Included files become targets without rules, so that deleting one does not break the next build.
+end_deps = sed 's/^[^:]*: *//' $@.d | tr ' ' '\n' | sed 's/$$/:/' >> $@.d
+# Uses all processors unless -j is already given.
+submake  = $(MAKE) --no-print-directory $(if $(filter -j%,$(MAKEFLAGS)),,-j$(shell nproc))
+
+modules  := $(shell sed -n 's/^\([a-z][a-z0-9_]*\) .*/\1/p' nrd_shaders/modules.txt)
+spv      := $(modules:%=$B/spv/%.spv)
+embedded := $B/nrd_spirv.h $B/trace_spv.h $B/tests/shader_math_spirv.h
+objects   = $(patsubst %.c,$B/obj/%.o,$(wildcard $1))
+programs := $B/minimal $(patsubst examples/nrd_%.c,$B/nrd-%,$(wildcard examples/nrd_*.c))
+tests    := $(patsubst tests/%.c,$B/tests/%,$(wildcard tests/test_*.c))
+archives := $B/libtracer.a $B/libexamples.a
+gpu      := $(patsubst $B/%,$B/gpu/%,$(filter-out $(if $(tracer),,%/nrd-render %/test_tracer),$(programs) $(tests)))
+
+.PHONY: all spv shared test check examples demo dist gpu format clean
+.DELETE_ON_ERROR:
+.SECONDARY:
+
+all: spv examples $(tests)
+examples: $(programs)
+spv: $B/nrd_spirv.h
+	@cat $(spv) | wc -c | sed 's/.*/SPIR-V: $(words $(spv)) modules, & bytes/'
+
+# ---- shaders
+shared: nrd_shaders/common/nrd_shared.glsl
+nrd_shaders/common/nrd_shared.glsl: nrd.h
+	@mkdir -p $B && $(SHARED) > $B/shared.tmp
+	@cmp -s $B/shared.tmp $@ || { cp $B/shared.tmp $@ && echo "updated $@"; }
+
+$(spv): $B/spv/%.spv: nrd_shaders/modules.txt nrd_shaders/common/nrd_shared.glsl Makefile
+	@echo "glsl $*"; mkdir -p $(@D)
+	$Qset -- $$(grep '^$* ' $<) && file=nrd_shaders/$$2 && shift 2 && $(GLSL) $(if $(filter release,$(config)),-Os) "$$@" $$file -o $@
+	@$(end_deps)
+
+$B/nrd_spirv.h: $(spv)
+	@{ echo '/* All passes as SPIR-V; generated from nrd_shaders/. */'; \
+	echo '#ifndef NRD_SPIRV_H'; echo '#define NRD_SPIRV_H'; echo '#include <stdint.h>'; \
+	echo 'typedef struct nrd_spirv { const char *name; const uint32_t *words; uint32_t size_bytes; } nrd_spirv;'; \
+	for m in $(modules); do echo "static const uint32_t $${m}_words[] = {"; \
+	    od -An -v -tx4 -w32 $B/spv/$$m.spv | sed 's/ \([0-9a-f]*\)/0x\1,/g'; echo '};'; done; \
+	echo 'static const nrd_spirv nrd_spirv_table[] = {'; \
+	for m in $(modules); do echo "    { \"$$m\", $${m}_words, sizeof $${m}_words },"; done; echo '};'; \
+	echo 'static const uint32_t nrd_spirv_count = sizeof nrd_spirv_table / sizeof nrd_spirv_table[0];'; \
+	echo '#endif'; } > $@
+
+$B/trace_spv.h: examples/tracer/trace.comp
+$B/tests/shader_math_spirv.h: tests/shader_math.comp
+$B/trace_spv.h $B/tests/shader_math_spirv.h: Makefile
+	@echo "glsl $(firstword $(filter %.comp,$^))"; mkdir -p $(@D)
+	$Q$(GLSL) --vn $(basename $(@F)) $(firstword $(filter %.comp,$^)) -o $@
+	@$(end_deps)
+
+# ---- C
+$B/obj/%.o: %.c Makefile | $(embedded)
+	@echo "cc   $<"; mkdir -p $(@D)
+	$Q$(CC) $(ALL_CFLAGS) -MMD -MP $(INCLUDES) -c $< -o $@
+
+$B/libexamples.a: $(call objects,examples/common/*.c)
+$B/libtracer.a: $(call objects,examples/scenes/*.c examples/tracer/*.c)
+$(archives):
+	$Qrm -f $@ && ar rcs $@ $^
+
+define link
+	@echo "link $@"; mkdir -p $(@D)
+	$Q$(CC) $(ALL_CFLAGS) $(LDFLAGS) -Wl,--as-needed $< $(archives) $(LIBS) -o $@
+endef
+%/nrd-render %/test_tracer: LIBS += -lembree3 -lassimp
+$(gpu): LDFLAGS += -static-libgcc -Wl,--disable-new-dtags,-rpath,'$$ORIGIN:$$ORIGIN/..'
+define program_rules
+$1/minimal: $B/obj/examples/minimal.o $(archives)
+	$$(link)
+$1/nrd-%: $B/obj/examples/nrd_%.o $(archives)
+	$$(link)
+$1/tests/test_%: $B/obj/tests/test_%.o $(archives)
+	$$(link)
+endef
+$(foreach folder,$B $B/gpu,$(eval $(call program_rules,$(folder))))
+
+gpu: $(gpu)
+	@ldd $(gpu) | awk '$$2 == "=>" && $$1 !~ /^(libc|libm|libdl|libpthread|librt)\.so/ { print $$3 }' | sort -u | \
+	    xargs cp -uLt $B/gpu && du -sh $B/gpu
+
+# ---- what one runs
+check:
+	@$(SHARED) | cmp - nrd_shaders/common/nrd_shared.glsl || { echo "run: make shared" >&2; exit 1; }
+	@! grep -rnE 'TODO|FIXME|#if 0' nrd.h nrd_vk.h nrd_shaders examples || { echo "unfinished code" >&2; exit 1; }
+
+test:
+	@examples/setup.sh
+	@$(submake) check
+	@$(submake) all dist
+	@NRD_BUILD=$B tests/run.sh
+
+demo:
+	@examples/setup.sh
+	@$(submake) examples
+	@NRD_BUILD=$B examples/demo.sh
+
+dist: $B/nrd_spirv.h
+	@rm -rf $B/nrd-sdk && mkdir -p $B/nrd-sdk
+	@cp -R nrd.h nrd_vk.h nrd_shaders $B/nrd_spirv.h LICENSE $(wildcard README.md) $B/nrd-sdk
+
+format:
+	clang-format -i nrd.h nrd_vk.h $(wildcard examples/*.c examples/*/*.[ch] tests/*.[ch])
+
+clean:
+	rm -rf build build-debug build-sanitize
+
+-include $(shell find $B -name '*.d' 2>/dev/null)

@@ -1,0 +1,226 @@
+/* nrd-bench: device time of every pass on a synthetic scene.
+
+   nrd-bench [--denoiser NAME] [--size WxH] [--frames N] [--device N]
+   Prints the median over the frames in microseconds per pass, their sum, and the bytes that the passes read and write per second.
+   --denoiser reference does next to nothing but move bytes: its rate is what the device can copy. */
+#define NRD_IMPLEMENTATION
+#define NRD_VK_IMPLEMENTATION
+#include "nrd_vk.h"
+
+#include "nrd_spirv.h"
+
+#include "common/gpu.h"
+#include "common/half.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+enum { NOISES = 4, MAX_FRAMES = 1000, MAX_PASSES = 16, WARM_UP = 16 };
+
+typedef struct options { uint32_t width, height, frames; int device; nrd_denoiser denoiser; } options;
+
+static gpu g;
+static gpu_image images[NRD_RESOURCE_COUNT], noise[NOISES];
+static nrd *denoiser;
+static nrd_vk *denoiser_vk;
+static float (*times_us)[MAX_PASSES];
+
+static const float view_to_clip[16] = { 1.125f, 0, 0, 0, 0, 2, 0, 0, 0, 0, 1, 1, 0, 0, -0.1f, 0 };
+static const float world_to_view[16] = { 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1 };
+
+static uint32_t hash(uint32_t x)
+{
+    x = (x ^ (x >> 16)) * 0x7feb352du;
+    x = (x ^ (x >> 15)) * 0x846ca68bu;
+    return x ^ (x >> 16);
+}
+
+/* A floor, a wall and a grid of bumps on it: depth, and a normal that varies. */
+static void surface(const options *o, uint32_t x, uint32_t y, float *z, float normal[4])
+{
+    float u = (2 * (x + 0.5f) / o->width - 1) / 1.125f, v = (1 - 2 * (y + 0.5f) / o->height) / 2;
+    bool is_floor = v < -1.0f / 8;
+    *z = is_floor ? -1 / v : 8;
+    float bump = is_floor ? 0 : 0.5f * sinf(4 * u * *z) * sinf(4 * v * *z), length = sqrtf(1 + bump * bump);
+    normal[0] = bump / length;
+    normal[1] = is_floor ? 1.0f : 0.0f;
+    normal[2] = is_floor ? 0.0f : -1 / length;
+    normal[3] = 0.5f;
+}
+
+static bool make_guides(const options *o)
+{
+    size_t pixels = (size_t)o->width * o->height;
+    float *z = malloc(pixels * 4), (*normal)[4] = malloc(pixels * 16);
+    bool ok = z && normal;
+    for (size_t i = 0; ok && i < pixels; i++) surface(o, (uint32_t)(i % o->width), (uint32_t)(i / o->width), &z[i], normal[i]);
+    uint16_t *half = calloc(pixels, 8);
+    for (size_t i = 0; ok && half && i < pixels; i++) half_from_floats(half + 4 * i, normal[i], 4);
+    ok = ok && half && gpu_image_create(&g, o->width, o->height, VK_FORMAT_R32_SFLOAT, "view z", &images[NRD_RESOURCE_IN_VIEWZ]) && gpu_upload(&g, &images[NRD_RESOURCE_IN_VIEWZ], z)
+      && gpu_image_create(&g, o->width, o->height, VK_FORMAT_R16G16B16A16_SFLOAT, "normal", &images[NRD_RESOURCE_IN_NORMAL_ROUGHNESS]) && gpu_upload(&g, &images[NRD_RESOURCE_IN_NORMAL_ROUGHNESS], half);
+    if (ok) memset(half, 0, pixels * 8);
+    ok = ok && gpu_image_create(&g, o->width, o->height, VK_FORMAT_R16G16B16A16_SFLOAT, "motion", &images[NRD_RESOURCE_IN_MV]) && gpu_upload(&g, &images[NRD_RESOURCE_IN_MV], half);
+    free(z);
+    free(normal);
+    free(half);
+    return ok;
+}
+
+static bool make_noise(const options *o, uint32_t index)
+{
+    size_t pixels = (size_t)o->width * o->height;
+    uint16_t (*texels)[4] = malloc(pixels * 8);
+    for (size_t i = 0; texels && i < pixels; i++) {
+        float sample = hash((uint32_t)i * NOISES + index) % 8 == 0 ? 4.0f : 0.0f;
+        float texel[4] = { sample, 0.1f * sample, 0.05f * sample, 0.5f };
+        half_from_floats(texels[i], texel, 4);
+    }
+    bool ok = texels && gpu_image_create(&g, o->width, o->height, VK_FORMAT_R16G16B16A16_SFLOAT, "noise", &noise[index]) && gpu_upload(&g, &noise[index], texels);
+    free(texels);
+    return ok;
+}
+
+static void print_message(void *user, nrd_severity severity, nrd_result result, const char *text)
+{
+    (void)user;
+    (void)severity;
+    fprintf(stderr, "nrd-bench: %s (%s)\n", text, nrd_result_string(result));
+}
+
+static bool make_denoiser(const options *o)
+{
+    nrd_denoiser_desc list[] = { { 0, o->denoiser } };
+    nrd_desc desc = { .width = o->width, .height = o->height, .denoisers = list, .denoiser_count = 1,
+                      .normal_encoding = NRD_NORMAL_FORMAT_RGBA16_SNORM, .message = print_message };
+    if (nrd_create(&desc, &denoiser)) return false;
+    nrd_vk_desc vk = { .instance = denoiser, .vk_instance = g.instance, .physical = g.physical, .device = g.device, .get_instance_proc = g.get_instance_proc,
+                       .frames_in_flight = 1, .queue_family = g.family, .flags = NRD_VK_TIMESTAMPS };
+    for (uint32_t r = 0; r < NRD_RESOURCE_COUNT; r++) {
+        VkFormat format = nrd_vk_format(nrd_resource_format((nrd_resource)r));
+        if (format && !gpu_image_create(&g, o->width, o->height, format, nrd_resource_name((nrd_resource)r), &images[r])) return false;
+    }
+    return nrd_vk_create(&vk, &denoiser_vk) == NRD_RESULT_OK;
+}
+
+static bool run_frame(uint32_t index)
+{
+    nrd_frame frame = nrd_frame_defaults();
+    memcpy(frame.camera.view_to_clip, view_to_clip, sizeof view_to_clip);
+    memcpy(frame.camera.world_to_view, world_to_view, sizeof world_to_view);
+    frame.frame_index = index;
+    nrd_vk_image shared[NRD_RESOURCE_COUNT];
+    uint32_t count = 0;
+    images[NRD_RESOURCE_IN_DIFF_RADIANCE_HITDIST] = images[NRD_RESOURCE_IN_SIGNAL] = noise[index % NOISES];
+    for (uint32_t r = 0; r < NRD_RESOURCE_COUNT; r++) {
+        gpu_image *i = &images[r];
+        if (i->image && nrd_uses_resource(denoiser, (nrd_resource)r)) shared[count++] = (nrd_vk_image){ (nrd_resource)r, i->image, i->view, i->format, i->width, i->height, i->layout, i->layout, 0, 0 };
+    }
+    nrd_vk_frame vk = { .images = shared, .image_count = count };
+    VkCommandBuffer cmd = gpu_begin(&g);
+    return cmd && !nrd_set_frame(denoiser, &frame) && !nrd_vk_record(denoiser_vk, cmd, &vk) && gpu_submit_and_wait(&g);
+}
+
+static bool measure(const options *o, nrd_vk_timing *names, uint32_t *passes)
+{
+    for (uint32_t i = 0; i < WARM_UP + o->frames; i++) {
+        nrd_vk_timing timings[MAX_PASSES];
+        if (!run_frame(i) || nrd_vk_timings(denoiser_vk, 0, timings, MAX_PASSES, passes)) return false;
+        if (i < WARM_UP) continue;
+        for (uint32_t p = 0; p < *passes; p++) {
+            names[p] = timings[p];
+            times_us[i - WARM_UP][p] = (float)(timings[p].nanoseconds * 1e-3);
+        }
+    }
+    return true;
+}
+
+static int ascending(const void *a, const void *b)
+{
+    float x = *(const float *)a, y = *(const float *)b;
+    return (x > y) - (x < y);
+}
+
+static float median(const options *o, uint32_t pass)
+{
+    static float sorted[MAX_FRAMES];
+    for (uint32_t i = 0; i < o->frames; i++) sorted[i] = times_us[i][pass];
+    qsort(sorted, o->frames, sizeof *sorted, ascending);
+    return sorted[o->frames / 2];
+}
+
+/* Every texel that a frame's passes read or write, each once per pass: what the memory must move at least if nothing stays in caches. */
+static double bytes_per_pixel(const options *o)
+{
+    const nrd_dispatch *dispatches;
+    const nrd_info *info = nrd_get_info(denoiser);
+    uint32_t count;
+    double bytes = 0;
+    if (nrd_get_dispatches(denoiser, NULL, 0, &dispatches, &count)) return 0;
+    for (uint32_t d = 0; d < count; d++)
+        for (uint32_t b = 0; b < dispatches[d].binding_count; b++) {
+            const nrd_binding *binding = &dispatches[d].bindings[b];
+            bool internal = binding->resource == NRD_RESOURCE_INTERNAL;
+            const gpu_image *i = internal ? NULL : &images[binding->resource];
+            bytes += internal ? (double)info->textures[binding->texture].bytes : (double)gpu_format_size(i->format) * i->width * i->height;
+        }
+    return bytes / ((double)o->width * o->height);
+}
+
+static bool bench(const options *o)
+{
+    nrd_vk_timing names[MAX_PASSES];
+    uint32_t passes = 0;
+    double total = 0;
+    bool ok = make_guides(o);
+    for (uint32_t i = 0; ok && i < NOISES; i++) ok = make_noise(o, i);
+    if (!ok || !make_denoiser(o) || !measure(o, names, &passes)) return false;
+    printf("%s, %s, %ux%u, median of %u frames\n", g.properties.deviceName, nrd_denoiser_name(o->denoiser), o->width, o->height, o->frames);
+    for (uint32_t p = 0; p < passes; p++) {
+        float us = median(o, p);
+        printf("%10.1f us  %s\n", us, names[p].name);
+        total += us;
+    }
+    double bytes = bytes_per_pixel(o), pixels = (double)o->width * o->height;
+    printf("%10.1f us  total, %.3f ns per pixel, %.1f bytes per pixel: %.2f TB/s\n", total, 1e3 * total / pixels, bytes, bytes * pixels / (total * 1e6));
+    return true;
+}
+
+static bool parse(int argc, char **argv, options *o)
+{
+    for (int i = 1; i < argc; i += 2) {
+        const char *value = i + 1 < argc ? argv[i + 1] : "";
+        bool ok = (!strcmp(argv[i], "--size") && sscanf(value, "%ux%u", &o->width, &o->height) == 2 && o->width && o->height && o->width <= 16384 && o->height <= 16384)
+               || (!strcmp(argv[i], "--frames") && (o->frames = (uint32_t)atoi(value)) > 0 && o->frames <= MAX_FRAMES)
+               || (!strcmp(argv[i], "--denoiser") && nrd_find_denoiser(value, &o->denoiser) == NRD_RESULT_OK)
+               || (!strcmp(argv[i], "--device") && sscanf(value, "%d", &o->device) == 1);
+        if (!ok) return fprintf(stderr, "nrd-bench: %s %s: usage: nrd-bench [--denoiser NAME] [--size WxH] [--frames 1..%d] [--device N]\n", argv[i], value, MAX_FRAMES), false;
+    }
+    return true;
+}
+
+static void clean_up(void)
+{
+    nrd_vk_destroy(denoiser_vk);
+    nrd_destroy(denoiser);
+    images[NRD_RESOURCE_IN_DIFF_RADIANCE_HITDIST] = images[NRD_RESOURCE_IN_SIGNAL] = (gpu_image){ 0 };
+    for (uint32_t r = 0; r < NRD_RESOURCE_COUNT; r++) gpu_image_destroy(&g, &images[r]);
+    for (uint32_t i = 0; i < NOISES; i++) gpu_image_destroy(&g, &noise[i]);
+    gpu_close(&g);
+    free(times_us);
+}
+
+int main(int argc, char **argv)
+{
+    options o = { 1920, 1080, 60, 0, NRD_DENOISER_REBLUR_DIFFUSE };
+    char error[256];
+    if (!parse(argc, argv, &o)) return 2;
+    gpu_desc desc = { .device_index = o.device };
+    if (!gpu_open(&g, &desc, error, sizeof error)) return fprintf(stderr, "nrd-bench: %s\n", error), 1;
+    times_us = malloc(o.frames * sizeof *times_us);
+    bool ok = times_us && bench(&o);
+    if (!ok) fprintf(stderr, "nrd-bench: failed. %s\n", gpu_error(&g));
+    clean_up();
+    return ok ? 0 : 1;
+}
