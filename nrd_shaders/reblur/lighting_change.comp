@@ -52,5 +52,5 @@ void main()
     certain = max(sudden, certain) * g.antilag_sensitivity;
     float factor = clamp((luma + change) / max(luma, 1e-12), 1.0 / MAX_FACTOR, MAX_FACTOR);
     state = vec4(certain, factor, smooth_change * (1.0 - certain), 0.0);
-    imageStore(out_tile, tile, unpack_texel(pack_texel(clamp(state, -65504.0, 65504.0))));
+    imageStore(out_tile, tile, nrd_round_to_half(state));
 }

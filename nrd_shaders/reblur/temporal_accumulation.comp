@@ -175,7 +175,7 @@ vec4 accumulate(ivec2 pixel)
     vec4 color = vec4(mix(h.color.xyz, noisy.xyz, alpha), update_sigma(h.color.w, delta, h.frames));
     Aux aux = Aux(min(h.frames + 1.0, 63.75), mix(h.hit_dist, noisy.w, alpha), h.frames > 0.0 ? h.stabilized : -1.0);
     float random = (float(hash(uint(pixel.x), uint(pixel.y), g.frame_index) >> 24) + 0.5) / 256.0;
-    imageStore(out_color, pixel, dither_to_half(min(color, vec4(65504.0)), random));
+    imageStore(out_color, pixel, dither_to_half(color, random));
     imageStore(out_guide, pixel, uvec4(guide_pack(z, surface.normal, surface.material_id), pack_aux(aux, random), 0u, 0u));
         return h.frames > SETTLED_FRAMES ? vec4(delta, mix(delta * delta, h.color.w * h.color.w, 0.25), h.color.x, 1.0) : vec4(0.0);
 }
@@ -197,7 +197,7 @@ void write_tile(vec4 mine)
     for (uint k = 0u; k < 8u; k++) sum += s_sums[k];
     float n = max(sum.w, 1.0);
     vec4 mean = vec4(clamp(sum.x / n, -65504.0, 65504.0), min(sqrt(sum.y / n), 65504.0), min(sum.z / n, 65504.0), sum.w);
-    imageStore(out_tile_raw, ivec2(gl_WorkGroupID.xy), unpack_texel(pack_texel(mean)));
+    imageStore(out_tile_raw, ivec2(gl_WorkGroupID.xy), nrd_round_to_half(mean));
 }
 
 void main() { write_tile(accumulate(ivec2(gl_GlobalInvocationID.xy))); }
