@@ -1,11 +1,14 @@
-/* How signals are stored: colour is (Y, Co, Cg) throughout. Halves are rounded to nearest by
-   nrd_round_to_half, because image stores and packHalf2x16 truncate on some devices. */
+/* How signals are stored: colour is (Y, Co, Cg) throughout, in halves. */
 #ifndef TEXEL_GLSL
 #define TEXEL_GLSL
 
+/* The nearest half, on the bits, because image stores and packHalf2x16 truncate on some devices. For abs(v) up to 65504; leaner than
+   nrd_round_to_half: ties go away from zero, and denormal halves are left to the store. */
+vec4 round_half(vec4 v) { return uintBitsToFloat((floatBitsToUint(v) + 0x1000u) & 0xffffe000u); }
+
 uvec2 pack_texel(vec4 v)
 {
-    v = nrd_round_to_half(v);
+    v = round_half(v);
     return uvec2(packHalf2x16(v.xy), packHalf2x16(v.zw));
 }
 vec4 unpack_texel(uvec2 t) { return vec4(unpackHalf2x16(t.x), unpackHalf2x16(t.y)); }
@@ -14,7 +17,7 @@ vec4 unpack_texel(uvec2 t) { return vec4(unpackHalf2x16(t.x), unpackHalf2x16(t.y
    stand still under rounding to nearest. What is a half already stays. random: [0, 1). */
 vec4 dither_to_half(vec4 v, float random)
 {
-    return nrd_round_to_half(uintBitsToFloat((floatBitsToUint(v) + uint(random * 8192.0)) & 0xffffe000u));   /* the rest: overflow, denormals */
+    return uintBitsToFloat((floatBitsToUint(v) + uint(random * 8192.0)) & 0xffffe000u);
 }
 
 /* Second word of the guide texel: bits 0-7 history length in quarter frames, 8-15 hit distance, 16-31 stabilised luma of the previous frame, reprojected. */
@@ -29,7 +32,7 @@ uint pack_aux(Aux a, float random)
 {
     uint frames = uint(clamp(a.frames, 0.0, 63.75) * 4.0 + 0.5);
     uint hit_dist = uint(clamp(a.hit_dist * 255.0 + random, 0.0, 255.0));
-    return frames | (hit_dist << 8) | (packHalf2x16(vec2(0.0, nrd_round_to_half(a.stabilized))) & 0xffff0000u);
+    return frames | (hit_dist << 8) | (packHalf2x16(round_half(vec4(0.0, a.stabilized, 0.0, 0.0)).xy) & 0xffff0000u);
 }
 
 float aux_frames(uint t) { return float(t & 255u) * 0.25; }

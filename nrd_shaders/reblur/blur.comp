@@ -64,7 +64,7 @@ void main()
     float sample_variance = max(s.moment / s.weight - mean * mean, 0.0) * scale * scale;
     vec3 filtered = s.color / s.weight * scale;
     vec3 kept = mix(color.xyz * scale, filtered, min(1.0, g.feedback_frames / frames));
-    imageStore(out_history, pixel, nrd_round_to_half(vec4(kept, sqrt(s.variance / s.weight) * scale)));
+    imageStore(out_history, pixel, round_half(clamp(vec4(kept, sqrt(s.variance / s.weight) * scale), -65504.0, 65504.0)));
     float sigma = sqrt(sample_variance * s.noise) / s.weight;
-    imageStore(out_color, pixel, uvec4(pack_texel(vec4(filtered, sigma)), 0u, 0u));
+    imageStore(out_color, pixel, uvec4(pack_texel(clamp(vec4(filtered, sigma), -65504.0, 65504.0)), 0u, 0u));
 }

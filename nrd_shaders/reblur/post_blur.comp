@@ -17,7 +17,7 @@ layout(binding = 1) uniform usampler2D in_color;
 layout(binding = 2) uniform usampler2D in_guide;
 layout(binding = 3, rgba16f) uniform writeonly image2D out_color;
 vec4 load_color(ivec2 pixel) { return unpack_texel(texelFetch(in_color, pixel, 0).xy); }
-void store(ivec2 pixel, vec4 color) { imageStore(out_color, pixel, nrd_round_to_half(color)); }
+void store(ivec2 pixel, vec4 color) { imageStore(out_color, pixel, round_half(color)); }
 #else
 layout(binding = 1) uniform sampler2D in_color;
 layout(binding = 2) uniform usampler2D in_guide;

@@ -45,7 +45,7 @@ void main()
     vec4 change = has_flag(NRD_FLAG_ANTILAG) ? sample_tiles(in_tile, vec2(pixel) + 0.5, rect_size()) : vec4(0.0, 1.0, 0.0, 0.0);
     float luma = stabilize(color, aux, change);
     color.xyz *= luma / max(color.x, 1e-12);
-    imageStore(out_stabilized, pixel, vec4(nrd_round_to_half(luma)));
+    imageStore(out_stabilized, pixel, round_half(vec4(luma)));
     float w = has_flag(NRD_FLAG_RETURN_HISTORY) ? aux.frames : aux.hit_dist;
-    imageStore(out_radiance_hit_dist, pixel, nrd_round_to_half(vec4(color.xyz, w)));
+    imageStore(out_radiance_hit_dist, pixel, round_half(vec4(color.xyz, w)));
 }
