@@ -117,10 +117,9 @@ extern "C" {
 /* nrd_constants.flags */
 #define NRD_FLAG_HISTORY_CONFIDENCE  1u
 #define NRD_FLAG_DISOCCLUSION_MIX    2u
-#define NRD_FLAG_ANTI_FIREFLY        4u
-#define NRD_FLAG_RETURN_HISTORY      8u
-#define NRD_FLAG_ANTILAG            16u
-#define NRD_FLAG_PREPASS            32u
+#define NRD_FLAG_RETURN_HISTORY      4u
+#define NRD_FLAG_ANTILAG             8u
+#define NRD_FLAG_PREPASS            16u
 
 /* Push constants of every pass: 16 bytes. */
 #define NRD_PUSH_CONSTANTS(X) X(int, step_size) X(uint, iteration) X(uint, last) X(uint, unused)
@@ -239,7 +238,6 @@ NRD_DECL bool nrd_format_is_uint(nrd_format format);
     X(float, antilag_sigma_scale, 3.0f, 0.5f, 100.0f, "standard deviations", "change of lighting that counts as certain; less reacts sooner and flickers more") \
     X(float, antilag_sensitivity, 1.0f, 0.0f, 1.0f, "", "how much of a certain change of lighting is applied to history; 0 off") \
     X(float, stabilization_sigma_scale, 2.5f, 0.1f, 100.0f, "standard deviations", "stabilised history farther from the filtered value is pulled in") \
-    X(uint, enable_anti_firefly, 1, 0, 1, "", "1: single outliers are limited by their neighbourhood in the wide blurs") \
     X(uint, min_material_for_diffuse, 4, 0, 4, "", "material ids above it are kept apart from each other and the rest; 4 mixes all") \
     X(uint, return_history_length_instead_of_occlusion, 0, 0, 1, "", "1: OUT_DIFF_RADIANCE_HITDIST.w is the history length in frames")
 
@@ -1247,7 +1245,7 @@ static void nrdi_fill_reblur(const nrd_reblur_settings *s, float resolution_scal
     c->antilag_sensitivity = s->antilag_sensitivity;
     c->stabilization_sigma_scale = s->stabilization_sigma_scale;
     c->min_material = s->min_material_for_diffuse;
-    c->flags |= (s->enable_anti_firefly ? NRD_FLAG_ANTI_FIREFLY : 0) | (s->return_history_length_instead_of_occlusion ? NRD_FLAG_RETURN_HISTORY : 0)
+    c->flags |= (s->return_history_length_instead_of_occlusion ? NRD_FLAG_RETURN_HISTORY : 0)
               | (s->antilag_sensitivity > 0 ? NRD_FLAG_ANTILAG : 0) | (s->diffuse_prepass_blur_radius > 0 ? NRD_FLAG_PREPASS : 0);
 }
 

@@ -190,7 +190,7 @@ static void misuse_gives_one_line_and_leaves_nothing(void **state)
         { "--denoiser reblur_diffuse --set max_blur_radius moving out", "not of the form KEY=VALUE" },
         { "--denoiser reblur_diffuse --set max_blur_radius=61 moving out", "max_blur_radius is 61, allowed is 0..60 px" },
         { "--denoiser reblur_diffuse --set max_blur_radius=3px moving out", "max_blur_radius is 3px" },
-        { "--denoiser reblur_diffuse --set enable_anti_firefly=0.5 moving out", "a whole number in 0..1" },
+        { "--denoiser reblur_diffuse --set return_history_length_instead_of_occlusion=0.5 moving out", "a whole number in 0..1" },
         { "--denoiser reblur_diffuse --set denoising_range=-1 moving out", "denoising_range is -1" },
         { "--denoiser reference --signal light moving out", "light: unknown signal; known: diffuse" },
         { "--denoiser reference --signal shadow moving out", "channel shadow.hitT is missing" },

@@ -51,10 +51,9 @@
 /* nrd_constants.flags */
 #define NRD_FLAG_HISTORY_CONFIDENCE  1u
 #define NRD_FLAG_DISOCCLUSION_MIX    2u
-#define NRD_FLAG_ANTI_FIREFLY        4u
-#define NRD_FLAG_RETURN_HISTORY      8u
-#define NRD_FLAG_ANTILAG            16u
-#define NRD_FLAG_PREPASS            32u
+#define NRD_FLAG_RETURN_HISTORY      4u
+#define NRD_FLAG_ANTILAG             8u
+#define NRD_FLAG_PREPASS            16u
 
 /* Push constants of every pass: 16 bytes. */
 #define NRD_PUSH_CONSTANTS(X) X(int, step_size) X(uint, iteration) X(uint, last) X(uint, unused)
