@@ -35,10 +35,7 @@ void main()
     ivec2 pixel = ivec2(gl_GlobalInvocationID.xy);
     if (!in_rect(pixel)) return;
     uvec2 guide = texelFetch(in_guide, pixel, 0).xy;
-    if (guide_is_sky(guide.x)) {
-        imageStore(out_stabilized, pixel, vec4(0.0));   /* the sharper filter may read it */
-        return;
-    }
+    if (guide_is_sky(guide.x)) return;
     Aux aux = unpack_aux(guide.y);
     vec4 color = load_color(pixel);
     if (is_filtering()) color = atrous(make_center(pixel, guide.x, 1.0), color);

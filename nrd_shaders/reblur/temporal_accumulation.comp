@@ -71,59 +71,47 @@ Reprojection reproject(ivec2 pixel, vec2 uv, float z, float signed_z)
     return r;
 }
 
-/* A sharper filter for what is smooth already: Catmull-Rom without the corners in 5 bilinear fetches
-   (J. Jimenez, "Filmic SMAA", SIGGRAPH 2016). What it reads beyond the four checked texels may belong to another surface, so the
-   result stays within those four (low, high). */
-float sample_stabilized(vec2 position_px, float low, float high)
-{
-    vec2 base = floor(position_px - 0.5) + 0.5, f = position_px - base;
-    vec2 w0 = f * (-0.5 + f * (1.0 - 0.5 * f)), w1 = 1.0 + f * f * (-2.5 + 1.5 * f), w2 = f * (0.5 + f * (2.0 - 1.5 * f)), w3 = f * f * (-0.5 + 0.5 * f);
-    vec2 w12 = w1 + w2, size = vec2(textureSize(prev_stabilized, 0));
-    vec2 p0 = (base - 1.0) / size, p12 = (base + w2 / w12) / size, p3 = min(base + 2.0, vec2(g.rect_width_prev, g.rect_height_prev) - 0.5) / size;
-    vec4 w = vec4(w12.x * w0.y, w0.x * w12.y, w12.x * w12.y, w3.x * w12.y);
-    float w_last = w12.x * w3.y;
-    float sum = w.x * textureLod(prev_stabilized, vec2(p12.x, p0.y), 0.0).x + w.y * textureLod(prev_stabilized, vec2(p0.x, p12.y), 0.0).x
-              + w.z * textureLod(prev_stabilized, p12, 0.0).x + w.w * textureLod(prev_stabilized, vec2(p3.x, p12.y), 0.0).x
-              + w_last * textureLod(prev_stabilized, vec2(p12.x, p3.y), 0.0).x;
-    return clamp(sum / (w.x + w.y + w.z + w.w + w_last), low, high);
-}
-
 History no_history() { return History(vec4(0.0), 0.0, 0.0, 0.0, 0.0); }
 
-/* Custom bilinear: the four texels around the previous position, those that are the same surface: on its plane, same material. */
+/* Bilinear weights of the 2 x 2 texels from base on, 0 where a texel is not the same surface: on its plane, same material. */
+vec4 footprint(Reprojection r, ivec2 base, vec2 f, uvec4 guides, vec3 normal_ws, uint material)
+{
+    vec2 size_prev = vec2(g.rect_width_prev, g.rect_height_prev);
+    Plane plane = make_plane(mat3(g.world_to_view_prev) * normal_ws, r.position, (vec2(base) + 0.5) / size_prev, 1.0 / size_prev, g.frustum_prev,
+                             g.orthographic_prev, 1.0 / r.tolerance, g.denoising_range_prev);
+    vec4 w = vec4((1.0 - f.x) * (1.0 - f.y), f.x * (1.0 - f.y), (1.0 - f.x) * f.y, f.x * f.y);
+    for (int i = 0; i < 4; i++) {
+        ivec2 offset = ivec2(i & 1, i >> 1);
+        bool inside = all(lessThan(uvec2(base + offset), uvec2(g.rect_width_prev, g.rect_height_prev)));
+        bool on_plane = abs(plane_distance(plane, vec2(offset), guide_relative_depth(guides[i]))) < 1.0;
+        if (!inside || !on_plane || guide_is_sky(guides[i]) || !same_material(guides[i] >> 30, material)) w[i] = 0.0;
+    }
+    return w;
+}
+
+/* What the previous frame knows of this surface. Custom bilinear: the texels of the footprint that are the same surface, renormalised. */
 History fetch_history(Reprojection r, vec3 normal_ws, uint material)
 {
-    vec2 size_prev = vec2(g.rect_width_prev, g.rect_height_prev), position_px = r.uv * size_prev, corner = floor(position_px - 0.5), f = position_px - 0.5 - corner;
+    vec2 position_px = r.uv * vec2(g.rect_width_prev, g.rect_height_prev), corner = floor(position_px - 0.5), f = position_px - 0.5 - corner;
+    vec2 uv = (corner + 1.0) / vec2(textureSize(prev_guide, 0));   /* where the four meet */
     ivec2 base = ivec2(corner);
-    Plane plane = make_plane(mat3(g.world_to_view_prev) * normal_ws, r.position, (corner + 0.5) / size_prev, 1.0 / size_prev, g.frustum_prev,
-                             g.orthographic_prev, 1.0 / r.tolerance, g.denoising_range_prev);
+    uvec4 guides = textureGather(prev_guide, uv, 0).wzxy, aux_texels = textureGather(prev_guide, uv, 1).wzxy;
+    vec4 stabilized = textureGather(prev_stabilized, uv, 0).wzxy;
+    vec4 w = footprint(r, base, f, guides, normal_ws, material);
+    float sum = w.x + w.y + w.z + w.w;
     History h = no_history();
-    vec4 stabilized = textureGather(prev_stabilized, (corner + 1.0) / vec2(textureSize(prev_stabilized, 0)), 0).wzxy;
-    float sum = 0.0, low = 65504.0, high = 0.0;
+    if (!(sum > 0.01)) return h;
+    w /= sum;
     for (int i = 0; i < 4; i++) {
-        ivec2 offset = ivec2(i & 1, i >> 1), texel = base + offset;
-        if (any(greaterThanEqual(uvec2(texel), uvec2(g.rect_width_prev, g.rect_height_prev)))) continue;
-        uvec2 guide = texelFetch(prev_guide, texel, 0).xy;
-        bool same = abs(plane_distance(plane, vec2(offset), guide_relative_depth(guide.x))) < 1.0 && same_material(guide.x >> 30, material);
-        if (!same || guide_is_sky(guide.x)) continue;
-        float w = (i & 1) == 0 ? 1.0 - f.x : f.x, luma = stabilized[i];
-        w *= (i >> 1) == 0 ? 1.0 - f.y : f.y;
-        Aux aux = unpack_aux(guide.y);
-        h.bend += w * max(guide_bend(guide.x, normal_ws), 0.0);
-        h.color += w * texelFetch(history, texel, 0);
-        h.frames += w * aux.frames;
-        h.hit_dist += w * aux.hit_dist;
-        h.stabilized += w * luma;
-        low = min(low, luma);
-        high = max(high, luma);
-        sum += w;
+        if (!(w[i] > 0.0)) continue;
+        Aux aux = unpack_aux(aux_texels[i]);
+        h.bend += w[i] * max(guide_bend(guides[i], normal_ws), 0.0);
+        h.frames += w[i] * aux.frames;
+        h.hit_dist += w[i] * aux.hit_dist;
+        h.stabilized += w[i] * stabilized[i];
+        h.color += w[i] * texelFetch(history, base + ivec2(i & 1, i >> 1), 0);
     }
-    if (!(sum > 0.01)) return no_history();
-    h.color /= sum;
-    h.hit_dist /= sum;
-    h.bend /= sum;
-    h.frames *= inversesqrt(sum);   /* the mean, times the root of the part of the footprint that is left: the rest is stretched */
-    h.stabilized = sum > 0.999 ? sample_stabilized(position_px, low, high) : h.stabilized / sum;
+    h.frames *= sqrt(sum);   /* part of the footprint is gone: the rest is stretched */
     return h;
 }
 

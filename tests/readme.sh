@@ -1,0 +1,196 @@
+#!/bin/sh
+# readme.sh: what README.md shows compiles, and what it names exists. Run from the repository root after `make examples`; prints one
+# line per case and a total, exits 1 if any case failed. Code blocks are compiled inside what their text says the engine has.
+set -u
+
+build=${NRD_BUILD:-build}
+work=$(mktemp -d) || exit 1
+trap 'rm -rf "$work"' EXIT
+passed=0
+failed=0
+
+report() { # result, name
+    if [ "$1" -eq 0 ]; then
+        passed=$((passed + 1))
+        echo "pass  $2"
+    else
+        failed=$((failed + 1))
+        echo "FAIL  $2"
+        cat "$work/log"
+    fi
+}
+
+# The first code block of a language after a heading: lines that begin with # into $work/head, the others into $work/body.
+extract() { # heading, language
+    awk -v heading="$1" -v fence="\`\`\`$2" '$0 ~ "^#+ " heading "$" { below = 1; next }
+        below && $0 == fence { inside = 1; below = 0; next }
+        inside && /^```/ { exit }
+        inside' README.md > "$work/block"
+    grep '^#' "$work/block" > "$work/head"
+    grep -v '^#' "$work/block" > "$work/body"
+    [ -s "$work/head" ] && [ -s "$work/body" ]
+}
+
+# ---- the code blocks
+ray_gen_engine() {
+    cat <<'GLSL'
+layout(set = 0, binding = 0, rgba16f) uniform writeonly image2D in_diff_radiance_hitdist;
+layout(set = 0, binding = 1, rgb10_a2) uniform writeonly image2D in_normal_roughness;
+layout(set = 0, binding = 2) uniform hits {
+    vec3 normal, to_camera, albedo, rf0, radiance;
+    float roughness, hit_dist, view_z;
+    uint material_id;
+};
+GLSL
+}
+
+composition_engine() {
+    cat <<'GLSL'
+layout(set = 0, binding = 0) uniform sampler2D out_diff_radiance_hitdist;
+layout(set = 0, binding = 1) uniform surfaces { vec3 diffuse_factor, emission; };
+GLSL
+}
+
+# A shader around the block: what it includes, what the engine declares, and the block inside main().
+compile_glsl() { # stage, function that prints the engine's declarations, what main() begins with, what it ends with
+    {
+        echo "#version 460"
+        echo "#extension GL_GOOGLE_include_directive : require"
+        case $1 in
+            rgen) echo "#extension GL_EXT_ray_tracing : require" ;;
+            comp) echo "layout(local_size_x = 8, local_size_y = 8) in;" ;;
+            frag) echo "layout(location = 0) out vec4 out_color;" ;;
+        esac
+        if [ "$1" = comp ]; then echo "layout(set = 0, binding = 2, rgba16f) uniform writeonly image2D out_color;"; fi
+        cat "$work/head"
+        "$2"
+        echo "void main()"
+        echo "{"
+        echo "ivec2 pixel = $3;"
+        cat "$work/body"
+        echo "$4"
+        echo "}"
+    } > "$work/shader.$1"
+    glslangValidator --target-env vulkan1.2 -Inrd_shaders -V "$work/shader.$1" -o "$work/shader.spv" > "$work/log" 2>&1
+    status=$?
+    if [ $status -eq 0 ] && grep -q '^WARNING' "$work/log"; then status=1; fi
+    return $status
+}
+
+: > "$work/log"
+extract "In your ray-gen shader" glsl && compile_glsl rgen ray_gen_engine "ivec2(gl_LaunchIDEXT.xy)" ""
+report $? "the ray-gen block compiles"
+extract "In your composition shader" glsl && compile_glsl frag composition_engine "ivec2(gl_FragCoord.xy)" "out_color = vec4(color, 1.0);"
+report $? "the composition block compiles in a fragment shader"
+extract "In your composition shader" glsl &&
+    compile_glsl comp composition_engine "ivec2(gl_GlobalInvocationID.xy)" "imageStore(out_color, pixel, vec4(color, 1.0));"
+report $? "the composition block compiles in a compute shader"
+
+# Preprocessor lines at file scope, the others as the body of a function that is given what the engine has.
+extract Integration c && {
+    cat "$work/head"
+    cat <<'C'
+void integrate(VkInstance instance, VkPhysicalDevice physical, VkDevice device, VkCommandBuffer cmd, VkImage mv, VkImageView mv_view,
+               VkImageLayout layout, const float projection[16], const float view[16], uint32_t frame_index,
+               void (*print_message)(void *user, nrd_severity severity, nrd_result result, const char *text));
+void integrate(VkInstance instance, VkPhysicalDevice physical, VkDevice device, VkCommandBuffer cmd, VkImage mv, VkImageView mv_view,
+               VkImageLayout layout, const float projection[16], const float view[16], uint32_t frame_index,
+               void (*print_message)(void *user, nrd_severity severity, nrd_result result, const char *text))
+{
+C
+    cat "$work/body"
+    echo "}"
+} > "$work/block.c"
+gcc -std=c99 -Wall -Wextra -pedantic -Werror -I. "-I$build" -c "$work/block.c" -o "$work/block.o" > "$work/log" 2>&1
+report $? "the C block compiles"
+
+# ---- what the text names
+# Prints the names on standard input that the predicate refuses; fails if there are any or if there was no name at all.
+refused_by() { # predicate
+    : > "$work/log"
+    count=0
+    while read -r name; do
+        count=$((count + 1))
+        "$1" "$name" || echo "README.md names $name" >> "$work/log"
+    done
+    if [ $count -eq 0 ]; then echo "README.md names none" >> "$work/log"; fi
+    [ ! -s "$work/log" ]
+}
+
+is_target() { grep -qE "^$1:|^\.PHONY:.* $1( |\$)" Makefile && grep -qE "^([a-z]+ )*$1( [a-z]+)*:" Makefile; }
+grep -o 'make [a-z][a-z]*' README.md | grep -E ' (demo|test|dist|shared)$' | sed 's/make //' | sort -u > "$work/targets"
+refused_by is_target < "$work/targets"
+report $? "make targets: $(tr '\n' ' ' < "$work/targets")"
+printf 'demo\ntest\n' | comm -23 - "$work/targets" > "$work/log"
+[ ! -s "$work/log" ]
+report $? "the two commands are make demo and make test"
+
+# Names of C and GLSL, in code or in text: whole words of the sources (X-lists leave out the prefix).
+is_in_sources() {
+    short=$(echo "$1" | sed -E 's/^NRD_(RESOURCE|DENOISER|RESULT|FORMAT|SEVERITY)_//')
+    grep -qwF -e "$1" -e "$short" nrd.h nrd_vk.h nrd_shaders/nrd.glsl
+}
+grep -oE '\b(nrd|NRD)_[A-Za-z0-9_]*[A-Za-z0-9]\b' README.md | grep -vxE 'NRD_|nrd_(spirv|shared)' | sort -u > "$work/names"
+refused_by is_in_sources < "$work/names"
+report $? "$(wc -l < "$work/names") nrd_ and NRD_ names"
+
+is_resource() { grep -qE "^    X\($1, " nrd.h; }
+grep -oE '\b(IN|OUT)_[A-Z_]+' README.md | sort -u > "$work/names"
+refused_by is_resource < "$work/names"
+report $? "$(wc -l < "$work/names") resources"
+
+# Settings: `name` or `struct.name`, all lower case with an underscore. Names of captures stand in the first column of a table.
+is_setting() {
+    grep -qE "X\((float|uint), $1, |^ +[a-z_0-9]+ (\*?[a-z_]+, )*\*?$1(\[[0-9]+\])?;" nrd.h && return 0
+    grep -qE "^\| $1 \|" README.md || grep -qE "^(typedef |\} |NRD_DECL ).*\b$1\b" nrd.h nrd_vk.h || grep -qw "$1" nrd_shaders/nrd.glsl
+}
+grep -oE '`([a-z_]+\.)?[a-z]+_[a-z_]+(\[[0-9]\])?`' README.md | tr -d '`' | sed -e 's/.*\.//' -e 's/\[.*//' | sort -u > "$work/names"
+refused_by is_setting < "$work/names"
+report $? "$(wc -l < "$work/names") settings and fields"
+
+is_denoiser() { grep -qE "^    X\($(echo "$1" | tr a-z A-Z), \"$(echo "$1" | tr A-Z a-z)\", " nrd.h; }
+{
+    grep -oE '\*\*[A-Z_]{6,}\*\*' README.md | tr -d '*'
+    grep -oE -- '--denoiser [a-z_]+' README.md | sed 's/.* //'
+} | sort -u > "$work/names"
+refused_by is_denoiser < "$work/names"
+report $? "$(wc -l < "$work/names") names of denoisers"
+
+# Paths: links, and what is between backquotes and has a slash or the ending of a source. Those of build/ are made by rules of the Makefile.
+is_path() {
+    case $1 in
+        build/nrd-sdk/ | nrd_spirv.h) return 0 ;; # laid out by make dist, which dist.sh tests
+        build/nrd-*) [ -s "examples/$(basename "$1" | tr - _).c" ] ;;
+        *) [ -e "$1" ] || [ -e "nrd_shaders/$1" ] || [ -e "examples/$1" ] ;;
+    esac
+}
+{
+    grep -oE '\]\([^)]*\)' README.md | sed -e 's/^](//' -e 's/)$//' | grep -v '^https*:'
+    grep -oE '`[A-Za-z_./-]+(/|\.(h|c|glsl|txt|md))`' README.md | tr -d '`'
+    grep -oE '\bbuild/nrd-[a-z]+/?' README.md
+} | sort -u > "$work/names"
+refused_by is_path < "$work/names"
+report $? "$(wc -l < "$work/names") paths"
+
+# Command lines: each option occurs in the source of the program that the line calls.
+is_option() { grep -qF -- "\"--${1#*:--}\"" "examples/$(echo "${1%%:*}" | tr - _).c"; }
+sed -n 's|.*build/\(nrd-[a-z]*\) \([^`#]*\).*|\1 \2|p' README.md | while read -r program words; do
+    for word in $words; do
+        case $word in --*) echo "$program:$word" ;; esac
+    done
+done | sort -u > "$work/names"
+refused_by is_option < "$work/names"
+report $? "$(wc -l < "$work/names") options of the programs"
+
+# ---- the example
+lines=$(awk '/^\/\* ---- denoiser -/ { inside = !inside; next } inside' examples/minimal.c | wc -l)
+echo "$lines lines of minimal.c are the denoiser, 60 allowed" > "$work/log"
+[ "$lines" -gt 0 ] && [ "$lines" -le 60 ]
+report $? "the denoiser's part of minimal.c has at most 60 lines"
+claimed=$(sed -n 's/.*(\([0-9]*\) lines of it are the denoiser).*/\1/p' README.md)
+echo "README.md says ${claimed:-nothing}, minimal.c has $lines" > "$work/log"
+[ "$claimed" = "$lines" ]
+report $? "README.md tells that number right"
+
+echo "readme: $passed passed, $failed failed"
+[ "$failed" -eq 0 ]
