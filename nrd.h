@@ -235,7 +235,7 @@ NRD_DECL bool nrd_format_is_uint(nrd_format format);
     X(float, luminance_sigma_scale, 8.0f, 0.1f, 100.0f, "standard deviations", "neighbours that differ more are not mixed; less is sharper and noisier") \
     X(float, plane_distance_sensitivity, 0.006f, 1e-4f, 1.0f, "of the view's extent at that depth", "neighbours farther off the surface's plane are not mixed") \
     X(float, normal_sensitivity, 8.0f, 0.0f, 1000.0f, "", "neighbours weigh exp(-this * (1 - cos of the angle between normals))") \
-    X(float, antilag_sigma_scale, 3.0f, 0.5f, 100.0f, "standard deviations", "change of lighting that counts as certain; less reacts sooner and flickers more") \
+    X(float, antilag_sigma_scale, 3.5f, 0.5f, 100.0f, "standard deviations", "change of lighting that counts as certain; less reacts sooner and flickers more") \
     X(float, antilag_sensitivity, 1.0f, 0.0f, 1.0f, "", "how much of a certain change of lighting is applied to history; 0 off") \
     X(float, stabilization_sigma_scale, 2.5f, 0.1f, 100.0f, "standard deviations", "stabilised history farther from the filtered value is pulled in") \
     X(uint, min_material_for_diffuse, 4, 0, 4, "", "material ids above it are kept apart from each other and the rest; 4 mixes all") \

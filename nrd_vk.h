@@ -126,7 +126,7 @@ typedef struct nrd_vk_image {
     nrd_resource resource;
     VkImage image;
     VkImageView view;         /* 2D, of the mip level and layer below only */
-    VkFormat format;          /* of the view. IN_: any float or normalised format that can be sampled. OUT_: nrd_vk_format() */
+    VkFormat format;          /* of the view. IN_: any float or normalised colour format that can be sampled. OUT_: nrd_vk_format() */
     uint32_t width, height;   /* px of that mip level: nrd_desc.width x height (any size where nrd.h says so) */
     VkImageLayout layout_in;  /* UNDEFINED: for OUT_ images whose contents do not matter */
     VkImageLayout layout_out; /* 0 (UNDEFINED): as layout_in; where that is UNDEFINED too, GENERAL */
@@ -918,7 +918,8 @@ uint64_t nrd_vk_memory_bytes(const nrd_vk *vk, nrd_vk_memory_kind kind) { return
 
 /* ---------------------------------------------------------------------------------------------------------------------------
    User images  >>user */
-static bool nrdi_vk_is_integer(VkFormat format)
+/* Integer formats need another sampler type, depth formats another aspect. */
+static bool nrdi_vk_is_integer_or_depth(VkFormat format)
 {
     switch (format) {
     case VK_FORMAT_R8_UINT: case VK_FORMAT_R8_SINT: case VK_FORMAT_R8G8_UINT: case VK_FORMAT_R8G8_SINT:
@@ -926,6 +927,8 @@ static bool nrdi_vk_is_integer(VkFormat format)
     case VK_FORMAT_R16_UINT: case VK_FORMAT_R16_SINT: case VK_FORMAT_R16G16_UINT: case VK_FORMAT_R16G16_SINT:
     case VK_FORMAT_R16G16B16A16_UINT: case VK_FORMAT_R16G16B16A16_SINT: case VK_FORMAT_R32_UINT: case VK_FORMAT_R32_SINT:
     case VK_FORMAT_R32G32_UINT: case VK_FORMAT_R32G32_SINT: case VK_FORMAT_R32G32B32A32_UINT: case VK_FORMAT_R32G32B32A32_SINT:
+    case VK_FORMAT_D16_UNORM: case VK_FORMAT_X8_D24_UNORM_PACK32: case VK_FORMAT_D32_SFLOAT: case VK_FORMAT_S8_UINT:
+    case VK_FORMAT_D16_UNORM_S8_UINT: case VK_FORMAT_D24_UNORM_S8_UINT: case VK_FORMAT_D32_SFLOAT_S8_UINT:
         return true;
     default:
         return false;
@@ -949,9 +952,9 @@ static nrd_result nrdi_vk_check_format(nrd_vk *vk, const nrd_vk_image *given)
     nrdi_vk_add(&t, ": format");
     if (wanted != VK_FORMAT_UNDEFINED && given->format != wanted)
         return nrdi_vk_fail_value(vk->desc.instance, NRD_RESULT_INVALID_ARGUMENT, t.text, given->format, ", needed is VkFormat ", wanted);
-    if (nrdi_vk_is_integer(given->format) || !(nrdi_vk_features(vk, given->resource, given->format) & VK_FORMAT_FEATURE_SAMPLED_IMAGE_BIT))
+    if (nrdi_vk_is_integer_or_depth(given->format) || !(nrdi_vk_features(vk, given->resource, given->format) & VK_FORMAT_FEATURE_SAMPLED_IMAGE_BIT))
         return nrdi_vk_fail_value(vk->desc.instance, NRD_RESULT_INVALID_ARGUMENT, t.text, given->format,
-                                  ", needed is a float or normalised format with feature bit ", VK_FORMAT_FEATURE_SAMPLED_IMAGE_BIT);
+                                  ", needed is a float or normalised colour format with feature bit ", VK_FORMAT_FEATURE_SAMPLED_IMAGE_BIT);
     return NRD_RESULT_OK;
 }
 
