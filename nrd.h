@@ -120,6 +120,7 @@ extern "C" {
 #define NRD_FLAG_RETURN_HISTORY      4u
 #define NRD_FLAG_ANTILAG             8u
 #define NRD_FLAG_PREPASS            16u
+#define NRD_FLAG_TILE_HISTORY       32u /* the previous frame has looked for lighting changes */
 
 /* Push constants of every pass: 16 bytes. */
 #define NRD_PUSH_CONSTANTS(X) X(int, step_size) X(uint, iteration) X(uint, last) X(uint, unused)
@@ -170,7 +171,7 @@ typedef enum nrd_denoiser {
     X(IN_NORMAL_ROUGHNESS, 0, "world normal, linear roughness, material id as nrd_pack_normal_roughness packs them; A2B10G10R10") \
     X(IN_VIEWZ, 0, "linear view depth of the primary hit; R32F (R16F with view_z_scale)") \
     X(IN_DIFF_RADIANCE_HITDIST, 0, "nrd_pack_radiance_hit_dist(): demodulated noisy radiance and normalised hit distance; RGBA16F") \
-    X(IN_DIFF_CONFIDENCE, 0, "trust in history, [0,1], 0 restarts; any size, covers the rectangle; R8") \
+    X(IN_DIFF_CONFIDENCE, 0, "trust in history, [0,1], 0 restarts; read at the previous uv; any size, covers the rectangle; R8") \
     X(IN_DISOCCLUSION_THRESHOLD_MIX, 0, "[0,1] from disocclusion_threshold to disocclusion_threshold_alternate; R8") \
     X(IN_SIGNAL, 0, "anything to be averaged (REFERENCE)") \
     X(OUT_DIFF_RADIANCE_HITDIST, NRD_FORMAT_RGBA16_FLOAT, "nrd_unpack_radiance_hit_dist(): denoised radiance and hit distance. Also scratch within the frame") \
@@ -206,7 +207,7 @@ NRD_DECL bool nrd_format_is_uint(nrd_format format);
 /* X(type, name, default, min, max, unit, text): type is float or uint; 0/1 switches are uint. Values outside [min, max] and NaN are refused. */
 #define NRD_FRAME_SETTINGS(X) \
     X(float, view_z_scale, 1.0f, 1e-6f, 1e6f, "", "view z = IN_VIEWZ * this") \
-    X(float, denoising_range, 500000.0f, 1e-3f, 1e9f, "units", "pixels with abs(view z) at or above it are sky: not read, not written") \
+    X(float, denoising_range, 500000.0f, 1e-3f, 1e9f, "units", "pixels with abs(view z) at or above it are sky: not read, not written; surfaces nearer than 3e-10 of it keep no history") \
     X(float, disocclusion_threshold, 0.01f, 0.001f, 0.5f, "of the view's extent at that depth", "plane distance at which history is refused") \
     X(float, disocclusion_threshold_alternate, 0.05f, 0.001f, 0.5f, "of the view's extent at that depth", "the same where IN_DISOCCLUSION_THRESHOLD_MIX is 1") \
     X(float, split_screen, 0.0f, 0.0f, 1.0f, "of the width", "left part that shows the noisy input; 0 off (needs NRD_FEATURE_SPLIT_SCREEN)") \
@@ -222,7 +223,7 @@ NRD_DECL bool nrd_format_is_uint(nrd_format format);
     X(uint, max_accumulated_frames, 4095, 0, 65535, "frames", "exact mean up to here, exponential beyond; restarts when the camera or the rectangle changes")
 
 #define NRD_REBLUR_SETTINGS(X) \
-    X(float, hit_distance_a, 3.0f, 1e-4f, 1e6f, "units", "hit distance that normalises to 1 at view z 0 (same value as in nrd_normalize_hit_dist)") \
+    X(float, hit_distance_a, 3.0f, 1e-4f, 1e6f, "units", "hit distance that normalises to 1 at view z 0 (same value as in nrd_normalize_hit_dist); a to d matter to the pre-pass only") \
     X(float, hit_distance_b, 0.1f, 0.0f, 1e3f, "", "its growth with view z") \
     X(float, hit_distance_c, 20.0f, 1.0f, 1e3f, "", "its factor at roughness 0") \
     X(float, hit_distance_d, -25.0f, -1e3f, 0.0f, "", "how fast that factor falls with roughness") \
@@ -281,7 +282,7 @@ typedef struct nrd_setting {
 /* The i-th setting of a denoiser, or of nrd_frame when denoiser is NRD_DENOISER_COUNT. False: no such setting. */
 NRD_DECL bool nrd_get_setting(nrd_denoiser denoiser, uint32_t i, nrd_setting *out);
 NRD_DECL size_t nrd_settings_size(nrd_denoiser denoiser);                              /* bytes of its settings struct */
-NRD_DECL void nrd_settings_defaults(nrd_denoiser denoiser, void *settings);            /* fills it */
+NRD_DECL void nrd_settings_defaults(nrd_denoiser denoiser, void *settings);            /* fills it; NULL is fine */
 
 /* ---------------------------------------------------------------------------------------------------------------------------
    Instance  >>instance */
@@ -617,6 +618,7 @@ size_t nrd_settings_size(nrd_denoiser denoiser) { return nrdi_list_of(denoiser).
 void nrd_settings_defaults(nrd_denoiser denoiser, void *settings)
 {
     nrdi_settings_list list = nrdi_list_of(denoiser);
+    if (!settings) return;
     memset(settings, 0, list.bytes);
     for (uint32_t i = 0; i < list.count; i++) {
         char *at = (char *)settings + list.rows[i].offset;
@@ -641,6 +643,7 @@ typedef struct nrdi_state {         /* one denoiser of an instance */
     uint32_t history_frames;        /* frames in history, REFERENCE's n */
     uint32_t last_frame_index;
     bool has_history;
+    bool had_antilag;               /* in the last frame: the tiles hold its lighting changes */
     union { nrd_reference_settings reference; nrd_reblur_settings reblur; } settings;
     nrd_constants constants;
 } nrdi_state;
@@ -1271,6 +1274,8 @@ static void nrdi_fill_constants(const nrd *n, nrdi_state *s)
         float x = (float)n->frame.rect_width / (float)n->desc.width, y = (float)n->frame.rect_height / (float)n->desc.height;
         nrdi_fill_reblur(&s->settings.reblur, x < y ? x : y, c);
     }
+    c->flags |= !reset && s->had_antilag ? NRD_FLAG_TILE_HISTORY : 0;
+    s->had_antilag = (c->flags & NRD_FLAG_ANTILAG) != 0;
     c->reset = reset;
 }
 
@@ -1336,6 +1341,8 @@ static void nrdi_add_dispatch(nrd *n, const nrdi_state *s, uint32_t pass, uint32
 
 static void nrdi_add_dispatches(nrd *n, nrdi_state *s, uint32_t *count)
 {
+    if (s->has_history && !n->frame.restart && s->last_frame_index == n->frame.frame_index)
+        nrdi_tell(&n->desc, NRD_SEVERITY_WARNING, NRD_RESULT_INVALID_ARGUMENT, "nrd_frame.frame_index has not advanced since this denoiser's last dispatches: history restarts");
     nrdi_fill_constants(n, s);
     uint32_t conditions = nrdi_conditions(n, s);
     if (n->frame.split_screen >= 1 && s->denoiser != NRD_DENOISER_REFERENCE) {  /* nothing but the input is shown: history stops */

@@ -912,6 +912,7 @@ static void a_missing_or_mismatched_image_is_named_and_nothing_is_recorded(void 
     WRONG(IN_VIEWZ, width = 25, "IN_VIEWZ: width is 25, needed is 24");
     WRONG(IN_MV, height = 8, "IN_MV: height is 8, needed is 16");
     WRONG(IN_VIEWZ, format = VK_FORMAT_R32_UINT, "IN_VIEWZ: format is 98, needed is a float");
+    WRONG(IN_VIEWZ, format = VK_FORMAT_D32_SFLOAT, "IN_VIEWZ: format is 126, needed is a float");
     WRONG(OUT_DIFF_RADIANCE_HITDIST, format = VK_FORMAT_R8G8B8A8_UNORM, "OUT_DIFF_RADIANCE_HITDIST: format is 37, needed is VkFormat 97");
     WRONG(IN_MV, image = VK_NULL_HANDLE, "IN_MV: image is VK_NULL_HANDLE");
     WRONG(IN_MV, view = VK_NULL_HANDLE, "IN_MV: view is VK_NULL_HANDLE");

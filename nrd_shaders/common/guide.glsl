@@ -7,6 +7,7 @@
 #define GUIDE_GLSL
 
 const uint GUIDE_SKY = 0xffffu;
+const float GUIDE_DEPTH_ERROR = 1.25e-4;   /* of the depth */
 
 uint guide_pack_depth(float relative_z)
 {
@@ -46,6 +47,10 @@ float guide_bend(uint code, vec3 normal)
     vec3 direction = guide_direction(code);
     return 1.0 - dot(normal, direction) * inversesqrt(dot(direction, direction));
 }
+
+/* Units. relative: of the view's extent. Never so tight that the rounding of two stored depths costs half the weight: it would where the
+   extent is small against the depth (orthographic and telephoto views). */
+float plane_tolerance(float relative, float z) { return max(relative * frustum_size(z), 4.0 * GUIDE_DEPTH_ERROR * z); }
 
 /* Depth relative to the denoising range. */
 float guide_relative_depth(uint code) { return uintBitsToFloat(((code & 0xffffu) << 12) + (95u << 23)); }

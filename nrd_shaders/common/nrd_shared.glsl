@@ -54,6 +54,7 @@
 #define NRD_FLAG_RETURN_HISTORY      4u
 #define NRD_FLAG_ANTILAG             8u
 #define NRD_FLAG_PREPASS            16u
+#define NRD_FLAG_TILE_HISTORY       32u /* the previous frame has looked for lighting changes */
 
 /* Push constants of every pass: 16 bytes. */
 #define NRD_PUSH_CONSTANTS(X) X(int, step_size) X(uint, iteration) X(uint, last) X(uint, unused)

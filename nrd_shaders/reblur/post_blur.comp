@@ -13,19 +13,20 @@
 #include "reblur.glsl"
 
 #ifdef TO_OUT
+const bool CROSS = true;
 layout(binding = 1) uniform usampler2D in_color;
 layout(binding = 2) uniform usampler2D in_guide;
 layout(binding = 3, rgba16f) uniform writeonly image2D out_color;
 vec4 load_color(ivec2 pixel) { return unpack_texel(texelFetch(in_color, pixel, 0).xy); }
 void store(ivec2 pixel, vec4 color) { imageStore(out_color, pixel, round_half(color)); }
 #else
+const bool CROSS = false;
 layout(binding = 1) uniform sampler2D in_color;
 layout(binding = 2) uniform usampler2D in_guide;
 layout(binding = 3, rg32ui) uniform writeonly uimage2D out_color;
 vec4 load_color(ivec2 pixel) { return texelFetch(in_color, pixel, 0); }
 void store(ivec2 pixel, vec4 color) { imageStore(out_color, pixel, uvec4(pack_texel(color), 0u, 0u)); }
 #endif
-const bool CROSS = true;
 #include "atrous.glsl"
 
 void main()

@@ -24,7 +24,7 @@ Center make_center(ivec2 pixel, uint code, float slack)
     c.material = max(code >> 30, g.min_material);
     float z = guide_relative_depth(code) * g.denoising_range;
     vec2 uv = pixel_uv(pixel);
-    float scale = 1.0 / (g.plane_distance_sensitivity * frustum_size(z) * slack);
+    float scale = 1.0 / plane_tolerance(g.plane_distance_sensitivity * slack, z);
     c.plane = make_plane(c.normal * mat3(g.view_to_world), view_position(uv, z, g.frustum, g.orthographic), uv, 1.0 / vec2(rect_size()), g.frustum,
                          g.orthographic, scale, g.denoising_range);
     return c;

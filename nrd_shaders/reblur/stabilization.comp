@@ -40,9 +40,9 @@ void main()
     vec4 color = load_color(pixel);
     if (is_filtering()) color = atrous(make_center(pixel, guide.x, 1.0), color);
     vec4 change = has_flag(NRD_FLAG_ANTILAG) ? sample_tiles(in_tile, vec2(pixel) + 0.5, rect_size()) : vec4(0.0, 1.0, 0.0, 0.0);
-    float luma = stabilize(color, aux, change);
+    float luma = min(stabilize(color, aux, change), 65504.0);
     color.xyz *= luma / max(color.x, 1e-12);
     imageStore(out_stabilized, pixel, round_half(vec4(luma)));
     float w = has_flag(NRD_FLAG_RETURN_HISTORY) ? aux.frames : aux.hit_dist;
-    imageStore(out_radiance_hit_dist, pixel, round_half(vec4(color.xyz, w)));
+    imageStore(out_radiance_hit_dist, pixel, round_half(vec4(clamp(color.xyz, -65504.0, 65504.0), w)));
 }

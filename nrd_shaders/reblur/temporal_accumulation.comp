@@ -61,13 +61,13 @@ Reprojection reproject(ivec2 pixel, vec2 uv, float z, float signed_z)
     } else {
         r.uv = uv + motion.xy;
         float still_z = (g.view_to_view_prev * vec4(position, 1.0)).z;   /* a static point's */
-        float z_prev = (g.motion_mode | opaque_zero()) == NRD_MOTION_2_5D ? abs(signed_z + motion.z * g.view_z_scale) : still_z;
+        float z_prev = (g.motion_mode | opaque_zero()) == NRD_MOTION_2_5D ? abs(signed_z + motion.z) : still_z;
         r.position = view_position(r.uv, z_prev, g.frustum_prev, g.orthographic_prev);
     }
     float threshold = g.disocclusion_threshold;
-    if (has_flag(NRD_FLAG_DISOCCLUSION_MIX))
+    if ((SPEC_FEATURES & NRD_FEATURE_DISOCCLUSION_THRESHOLD_MIX) != 0 && has_flag(NRD_FLAG_DISOCCLUSION_MIX))
         threshold = mix(threshold, g.disocclusion_threshold_alternate, texelFetch(in_threshold_mix, pixel, 0).x);
-    r.tolerance = threshold * frustum_size(z);
+    r.tolerance = plane_tolerance(threshold, z);
     return r;
 }
 
@@ -119,8 +119,9 @@ History fetch_history(Reprojection r, vec3 normal_ws, uint material)
 float shorten(float frames, vec2 uv_prev)
 {
     ivec2 rect_prev = ivec2(g.rect_width_prev, g.rect_height_prev);
-    float change = has_flag(NRD_FLAG_ANTILAG) ? sample_tiles(prev_tile, uv_prev * vec2(rect_prev), rect_prev).x : 0.0;
-    if (has_flag(NRD_FLAG_HISTORY_CONFIDENCE)) frames *= clamp(textureLod(in_confidence, uv_prev, 0.0).x, 0.0, 1.0);
+    float change = has_flag(NRD_FLAG_TILE_HISTORY) ? sample_tiles(prev_tile, uv_prev * vec2(rect_prev), rect_prev).x : 0.0;
+    if ((SPEC_FEATURES & NRD_FEATURE_HISTORY_CONFIDENCE) != 0 && has_flag(NRD_FLAG_HISTORY_CONFIDENCE))
+        frames *= clamp(textureLod(in_confidence, uv_prev, 0.0).x, 0.0, 1.0);
     return mix(frames, min(frames, CHANGED_FRAMES), change);
 }
 
@@ -153,7 +154,7 @@ vec4 accumulate(ivec2 pixel)
     }
     nrd_surface surface = nrd_decode_normal_roughness(texelFetch(in_normal_roughness, pixel + rect_origin(), 0), SPEC_NORMAL_FORMAT, SPEC_ROUGHNESS_FORMAT);
     vec4 noisy = texelFetch(in_radiance_hit_dist, pixel, 0);
-    noisy = nrd_is_finite(noisy.xyz) ? vec4(clamp(noisy.x, 0.0, 65504.0), clamp(noisy.yz, -65504.0, 65504.0), nrd_sanitize_hit_dist(noisy.w)) : vec4(0.0);
+    noisy = nrd_is_finite(noisy.xyz) ? vec4(clamp(noisy.x, 0.0, 65504.0), clamp(noisy.yz, -65504.0, 65504.0), nrd_sanitize_norm_hit_dist(noisy.w)) : vec4(0.0);
     History h = no_history();
     Reprojection r = reproject(pixel, pixel_uv(pixel), z, signed_z);
     if (!is_reset()) h = fetch_history(r, surface.normal, surface.material_id);
