@@ -104,12 +104,17 @@ static bool make_denoiser(const options *o)
     return nrd_vk_create(&vk, &denoiser_vk) == NRD_RESULT_OK;
 }
 
-static bool run_frame(uint32_t index)
+static bool set_frame(uint32_t index)
 {
     nrd_frame frame = nrd_frame_defaults();
     memcpy(frame.camera.view_to_clip, view_to_clip, sizeof view_to_clip);
     memcpy(frame.camera.world_to_view, world_to_view, sizeof world_to_view);
     frame.frame_index = index;
+    return nrd_set_frame(denoiser, &frame) == NRD_RESULT_OK;
+}
+
+static bool run_frame(uint32_t index)
+{
     nrd_vk_image shared[NRD_RESOURCE_COUNT];
     uint32_t count = 0;
     images[NRD_RESOURCE_IN_DIFF_RADIANCE_HITDIST] = images[NRD_RESOURCE_IN_SIGNAL] = noise[index % NOISES];
@@ -119,7 +124,7 @@ static bool run_frame(uint32_t index)
     }
     nrd_vk_frame vk = { .images = shared, .image_count = count };
     VkCommandBuffer cmd = gpu_begin(&g);
-    return cmd && !nrd_set_frame(denoiser, &frame) && !nrd_vk_record(denoiser_vk, cmd, &vk) && gpu_submit_and_wait(&g);
+    return cmd && set_frame(index) && !nrd_vk_record(denoiser_vk, cmd, &vk) && gpu_submit_and_wait(&g);
 }
 
 static bool measure(const options *o, nrd_vk_timing *names, uint32_t *passes)
@@ -157,7 +162,7 @@ static double bytes_per_pixel(const options *o)
     const nrd_info *info = nrd_get_info(denoiser);
     uint32_t count;
     double bytes = 0;
-    if (nrd_get_dispatches(denoiser, NULL, 0, &dispatches, &count)) return 0;
+    if (!set_frame(WARM_UP + o->frames) || nrd_get_dispatches(denoiser, NULL, 0, &dispatches, &count)) return 0;
     for (uint32_t d = 0; d < count; d++)
         for (uint32_t b = 0; b < dispatches[d].binding_count; b++) {
             const nrd_binding *binding = &dispatches[d].bindings[b];

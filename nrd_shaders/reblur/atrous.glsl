@@ -13,12 +13,13 @@ vec4 atrous(Center c, vec4 color)
     float least = 1e-12 * color.x * color.x + 1e-24;
     for (int i = 0; i < 9; i++) {
         if (i == 4 || (CROSS && (i & 1) == 0)) continue;
-        ivec2 grid = ivec2(i % 3, i / 3) - 1, offset = grid * push.step_size, at = neighbour_pixel(c, offset);
-        Neighbour n = weigh_neighbour(c, offset, at, texelFetch(in_guide, at, 0).x);
-        vec4 neighbour = load_color(at);
+        ivec2 grid = ivec2(i % 3, i / 3) - 1;
+        Neighbour n = find_neighbour(c, grid);
+        uint code = texelFetch(in_guide, n.pixel, 0).x;
+        vec4 neighbour = load_color(n.pixel);
         float neighbour_variance = neighbour.w * neighbour.w;
         float luma = abs(color.x - neighbour.x) * inversesqrt(variance + neighbour_variance + least);
-        float w = n.weight * (CROSS ? 0.75 : kernel(grid)) * exp2(normal_scale * n.bend + luma_scale * luma);
+        float w = plane_weight(c, n, code) * (CROSS ? 0.75 : kernel(grid)) * exp2(normal_scale * guide_bend(code, c.normal) + luma_scale * luma);
         if (!(w > 0.0)) continue;   /* what is not usable may hold NaN */
         sum += w * neighbour.xyz;
         noise += w * w * neighbour_variance;

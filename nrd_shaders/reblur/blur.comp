@@ -53,11 +53,12 @@ void main()
     add(s, color, frames, frames);
     for (int i = 0; i < 9 && is_filtering(); i++) {
         if (i == 4) continue;
-        ivec2 grid = ivec2(i % 3, i / 3) - 1, offset = grid * push.step_size, at = neighbour_pixel(c, offset);
-        uvec2 guide_tap = texelFetch(in_guide, at, 0).xy;
-        vec4 color_tap = texelFetch(in_color, at, 0);
-        Neighbour n = weigh_neighbour(c, offset, at, guide_tap.x);
-        float frames_tap = max(aux_frames(guide_tap.y), 1.0), w = n.weight * frames_tap * kernel(grid) * exp2(normal_scale * n.bend);
+        ivec2 grid = ivec2(i % 3, i / 3) - 1;
+        Neighbour n = find_neighbour(c, grid);
+        uvec2 guide_tap = texelFetch(in_guide, n.pixel, 0).xy;
+        vec4 color_tap = texelFetch(in_color, n.pixel, 0);
+        float frames_tap = max(aux_frames(guide_tap.y), 1.0);
+        float w = plane_weight(c, n, guide_tap.x) * frames_tap * kernel(grid) * exp2(normal_scale * guide_bend(guide_tap.x, c.normal));
         if (w > 0.0) add(s, color_tap, frames_tap, w);
     }
     float scale = mix(1.0, change.y, change.x), mean = s.luma / s.weight;

@@ -11,8 +11,8 @@ struct Center {
 
 struct Neighbour {
     ivec2 pixel;        /* where to read; the centre itself where there is nothing to read */
-    float weight;       /* 0 for sky, another material, off the plane, outside the rectangle */
-    float bend;         /* 1 - cos of the angle between the normals */
+    vec2 offset;        /* from the centre, px */
+    bool inside;        /* the rectangle */
 };
 
 /* slack: 1 for long histories; larger accepts neighbours that lie farther off the plane. */
@@ -30,21 +30,23 @@ Center make_center(ivec2 pixel, uint code, float slack)
     return c;
 }
 
-ivec2 neighbour_pixel(Center c, ivec2 offset)
-{
-    ivec2 pixel = c.pixel + offset;
-    return all(lessThan(uvec2(pixel), uvec2(rect_size()))) ? pixel : c.pixel;
-}
-
-Neighbour weigh_neighbour(Center c, ivec2 offset, ivec2 pixel, uint code)
+/* grid: in steps. The offset is not converted from the pixel: conversions are slow. */
+Neighbour find_neighbour(Center c, ivec2 grid)
 {
     Neighbour n;
-    n.pixel = pixel;
-    float distance = abs(plane_distance(c.plane, vec2(offset), guide_relative_depth(code)));
-    bool usable = pixel != c.pixel && !guide_is_sky(code) && max(code >> 30, g.min_material) == c.material;
-    n.weight = usable ? clamp(1.0 - distance, 0.0, 1.0) : 0.0;
-    n.bend = max(guide_bend(code, c.normal), 0.0);
+    n.pixel = c.pixel + grid * push.step_size;
+    n.offset = vec2(grid) * float(push.step_size);
+    n.inside = all(lessThan(uvec2(n.pixel), uvec2(rect_size())));
+    if (!n.inside) n.pixel = c.pixel;
     return n;
+}
+
+/* Weight without the normals: 0 for sky, another material, off the plane, outside the rectangle. */
+float plane_weight(Center c, Neighbour n, uint code)
+{
+    float distance = abs(plane_distance(c.plane, n.offset, guide_relative_depth(code)));
+    bool usable = n.inside && !guide_is_sky(code) && max(code >> 30, g.min_material) == c.material;
+    return usable ? clamp(1.0 - distance, 0.0, 1.0) : 0.0;
 }
 
 /* Binomial kernel [1 2 1] x [1 2 1] / 4. */
