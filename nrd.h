@@ -426,7 +426,7 @@ NRD_DECL nrd_result nrd_get_dispatches(nrd *instance, const uint32_t *identifier
 /* ---------------------------------------------------------------------------------------------------------------------------
    Pass tables  >>tables
    A denoiser is a row with its textures and passes; everything below interprets these rows. */
-enum { NRDI_MAX_USES = 16, NRDI_MAX_TEXTURES = 8, NRDI_MAX_PASSES = 10, NRDI_TILE_PX = 8 };
+enum { NRDI_MAX_USES = 16, NRDI_MAX_TEXTURES = 16, NRDI_MAX_PASSES = 12, NRDI_TILE_PX = 8 };
 enum { NRDI_TRANSIENT, NRDI_PERMANENT, NRDI_PING_PONG };
 
 /* Why a pass runs, or a binding is not replaced by its stand-in; evaluated every frame. */
@@ -445,8 +445,9 @@ typedef struct nrdi_pass_row {
     uint8_t iteration;           /* of the spatial filter; its step doubles with each */
     nrdi_use uses[NRDI_MAX_USES]; /* up to the first with what == 0 && access == NRDI_END */
 } nrdi_pass_row;
+typedef enum nrdi_family { NRDI_FAMILY_REFERENCE, NRDI_FAMILY_REBLUR } nrdi_family; /* which settings, and how they become constants */
 typedef struct nrdi_denoiser_row {
-    const char *name;
+    nrdi_family family;
     nrdi_texture_row textures[NRDI_MAX_TEXTURES];
     nrdi_pass_row passes[NRDI_MAX_PASSES];
 } nrdi_denoiser_row;
@@ -469,11 +470,11 @@ enum { NRDI_GUIDE, NRDI_HISTORY, NRDI_STABILIZED, NRDI_TILE, NRDI_TILE_RAW };
 /* REBLUR: once temporal accumulation has run, the previous half of GUIDE is dead until the next frame overwrites it, so it holds one
    intermediate of the spatial filter; OUT holds the other. */
 static const nrdi_denoiser_row nrdi_rows[NRD_DENOISER_COUNT] = {
-    { "reference",
+    { NRDI_FAMILY_REFERENCE,
       { { "HISTORY", NRD_FORMAT_RGBA32_FLOAT, 1, NRDI_PERMANENT } },
       { { "reference accumulate", "reference_accumulate", NRDI_ALWAYS, 0, 0, 0,
           { NRDI_IN(IN_SIGNAL), NRDI_READ(NRDI_REFERENCE_HISTORY), NRDI_WRITE(NRDI_REFERENCE_HISTORY), NRDI_OUT(OUT_SIGNAL), NRDI_STOP } } } },
-    { "reblur_diffuse",
+    { NRDI_FAMILY_REBLUR,
       { { "GUIDE", NRD_FORMAT_RG32_UINT, 1, NRDI_PING_PONG },
         { "HISTORY", NRD_FORMAT_RGBA16_FLOAT, 1, NRDI_PERMANENT },
         { "STABILIZED", NRD_FORMAT_R16_FLOAT, 1, NRDI_PERMANENT },
@@ -1130,7 +1131,7 @@ nrd_result nrd_set_settings(nrd *n, uint32_t identifier, const void *settings)
     nrdi_settings_list list = nrdi_list_of(s->denoiser);
     nrd_result r = nrdi_check_settings(&n->desc, nrd_denoiser_name(s->denoiser), list, settings);
     if (r) return r;
-    if (s->denoiser == NRD_DENOISER_REBLUR_DIFFUSE && ((const nrd_reblur_settings *)settings)->diffuse_prepass_blur_radius > 0
+    if (s->row->family == NRDI_FAMILY_REBLUR && ((const nrd_reblur_settings *)settings)->diffuse_prepass_blur_radius > 0
         && (r = nrdi_needs_feature(&n->desc, "diffuse_prepass_blur_radius", NRD_FEATURE_PREPASS, "NRD_FEATURE_PREPASS"))) return r;
     memcpy(&s->settings, settings, list.bytes);
     return NRD_RESULT_OK;
@@ -1265,7 +1266,7 @@ static void nrdi_fill_constants(const nrd *n, nrdi_state *s)
     bool reset = n->frame_restart || !s->has_history || s->last_frame_index + 1 != n->frame.frame_index;
     memset(c, 0, sizeof *c);
     nrdi_fill_frame(n, c);
-    if (s->denoiser == NRD_DENOISER_REFERENCE) {
+    if (s->row->family == NRDI_FAMILY_REFERENCE) {
         reset |= nrdi_camera_moved(n);
         uint32_t frames = reset ? 0 : s->history_frames + 1;
         s->history_frames = frames < s->settings.reference.max_accumulated_frames ? frames : s->settings.reference.max_accumulated_frames;
@@ -1285,7 +1286,7 @@ static uint32_t nrdi_conditions(const nrd *n, const nrdi_state *s)
 {
     const nrd_constants *c = &s->constants;
     uint32_t on = 0;
-    if (s->denoiser == NRD_DENOISER_REFERENCE) return on;
+    if (s->row->family == NRDI_FAMILY_REFERENCE) return on;
     if (c->flags & NRD_FLAG_PREPASS) on |= NRDI_IF_PREPASS;
     if (c->max_blur_radius > 0) on |= NRDI_IF_BLUR;
     if (c->flags & NRD_FLAG_ANTILAG) on |= NRDI_IF_ANTILAG;
@@ -1345,17 +1346,17 @@ static void nrdi_add_dispatches(nrd *n, nrdi_state *s, uint32_t *count)
         nrdi_tell(&n->desc, NRD_SEVERITY_WARNING, NRD_RESULT_INVALID_ARGUMENT, "nrd_frame.frame_index has not advanced since this denoiser's last dispatches: history restarts");
     nrdi_fill_constants(n, s);
     uint32_t conditions = nrdi_conditions(n, s);
-    if (n->frame.split_screen >= 1 && s->denoiser != NRD_DENOISER_REFERENCE) {  /* nothing but the input is shown: history stops */
+    if (n->frame.split_screen >= 1 && s->row->family != NRDI_FAMILY_REFERENCE) {  /* nothing but the input is shown: history stops */
         conditions = NRDI_IF_SPLIT;
         s->has_history = false;
     }
     for (uint32_t p = 0; p < s->pass_count; p++) {
         const nrdi_pass_row *row = n->live[s->pass_base + p].row;
-        bool only_split = n->frame.split_screen >= 1 && s->denoiser != NRD_DENOISER_REFERENCE && row->condition != NRDI_IF_SPLIT;
+        bool only_split = n->frame.split_screen >= 1 && s->row->family != NRDI_FAMILY_REFERENCE && row->condition != NRDI_IF_SPLIT;
         if (only_split || (row->condition && !(conditions & row->condition))) continue;
         nrdi_add_dispatch(n, s, s->pass_base + p, conditions, count);
     }
-    if (n->frame.split_screen < 1 || s->denoiser == NRD_DENOISER_REFERENCE) {
+    if (n->frame.split_screen < 1 || s->row->family == NRDI_FAMILY_REFERENCE) {
         s->parity ^= 1u;
         s->has_history = true;
         s->last_frame_index = n->frame.frame_index;
