@@ -112,7 +112,7 @@ extern "C" {
     X(float, history_fix_frames) X(float, max_blur_radius) X(float, prepass_blur_radius) X(float, luminance_sigma_scale) \
     X(float, plane_distance_sensitivity) X(float, normal_sensitivity) X(float, antilag_sigma_scale) X(float, antilag_sensitivity) \
     X(float, stabilization_sigma_scale) X(float, feedback_frames) X(uint, min_material) X(uint, flags) \
-    X(float, denoising_range_prev) X(float, unused_0) X(float, unused_1) X(float, unused_2)
+    X(float, denoising_range_prev) X(float, specular_prepass_blur_radius) X(float, unused_1) X(float, unused_2)
 
 /* nrd_constants.flags */
 #define NRD_FLAG_HISTORY_CONFIDENCE  1u
@@ -120,6 +120,7 @@ extern "C" {
 #define NRD_FLAG_RETURN_HISTORY      4u
 #define NRD_FLAG_ANTILAG             8u
 #define NRD_FLAG_PREPASS            16u
+#define NRD_FLAG_SPECULAR_PREPASS   64u
 #define NRD_FLAG_TILE_HISTORY       32u /* the previous frame has looked for lighting changes */
 
 /* Push constants of every pass: 16 bytes. */
@@ -154,7 +155,9 @@ NRD_DECL const char *nrd_result_string(nrd_result result);
 /* X(enum name, name on command lines, settings struct) */
 #define NRD_DENOISERS(X) \
     X(REFERENCE, "reference", nrd_reference_settings) \
-    X(REBLUR_DIFFUSE, "reblur_diffuse", nrd_reblur_settings)
+    X(REBLUR_DIFFUSE, "reblur_diffuse", nrd_reblur_settings) \
+    X(REBLUR_SPECULAR, "reblur_specular", nrd_reblur_settings) \
+    X(REBLUR_DIFFUSE_SPECULAR, "reblur_diffuse_specular", nrd_reblur_settings)
 typedef enum nrd_denoiser {
 #define NRDI_X(name, text, settings) NRD_DENOISER_##name,
     NRD_DENOISERS(NRDI_X)
@@ -171,10 +174,13 @@ typedef enum nrd_denoiser {
     X(IN_NORMAL_ROUGHNESS, 0, "world normal, linear roughness, material id as nrd_pack_normal_roughness packs them; A2B10G10R10") \
     X(IN_VIEWZ, 0, "linear view depth of the primary hit; R32F (R16F with view_z_scale)") \
     X(IN_DIFF_RADIANCE_HITDIST, 0, "nrd_pack_radiance_hit_dist(): demodulated noisy radiance and normalised hit distance; RGBA16F") \
+    X(IN_SPEC_RADIANCE_HITDIST, 0, "the same for the specular lobe: its hit distance is normalised with the pixel's roughness; RGBA16F") \
     X(IN_DIFF_CONFIDENCE, 0, "trust in history, [0,1], 0 restarts; read at the previous uv; any size, covers the rectangle; R8") \
+    X(IN_SPEC_CONFIDENCE, 0, "the same for the specular signal, at the previous uv of what is reflected; R8") \
     X(IN_DISOCCLUSION_THRESHOLD_MIX, 0, "[0,1] from disocclusion_threshold to disocclusion_threshold_alternate; R8") \
     X(IN_SIGNAL, 0, "anything to be averaged (REFERENCE)") \
     X(OUT_DIFF_RADIANCE_HITDIST, NRD_FORMAT_RGBA16_FLOAT, "nrd_unpack_radiance_hit_dist(): denoised radiance and hit distance. Also scratch within the frame") \
+    X(OUT_SPEC_RADIANCE_HITDIST, NRD_FORMAT_RGBA16_FLOAT, "the same for the specular lobe") \
     X(OUT_SIGNAL, NRD_FORMAT_RGBA32_FLOAT, "mean of IN_SIGNAL")
 typedef enum nrd_resource {
 #define NRDI_X(name, format, text) NRD_RESOURCE_##name,
@@ -223,7 +229,7 @@ NRD_DECL bool nrd_format_is_uint(nrd_format format);
     X(uint, max_accumulated_frames, 4095, 0, 65535, "frames", "exact mean up to here, exponential beyond; restarts when the camera or the rectangle changes")
 
 #define NRD_REBLUR_SETTINGS(X) \
-    X(float, hit_distance_a, 3.0f, 1e-4f, 1e6f, "units", "hit distance that normalises to 1 at view z 0 (same value as in nrd_normalize_hit_dist); a to d matter to the pre-pass only") \
+    X(float, hit_distance_a, 3.0f, 1e-4f, 1e6f, "units", "hit distance that normalises to 1 at view z 0 (same value as in nrd_normalize_hit_dist); a to d matter to the pre-pass and the specular signal") \
     X(float, hit_distance_b, 0.1f, 0.0f, 1e3f, "", "its growth with view z") \
     X(float, hit_distance_c, 20.0f, 1.0f, 1e3f, "", "its factor at roughness 0") \
     X(float, hit_distance_d, -25.0f, -1e3f, 0.0f, "", "how fast that factor falls with roughness") \
@@ -233,14 +239,15 @@ NRD_DECL bool nrd_format_is_uint(nrd_format format);
     X(float, feedback_frames, 2.0f, 0.0f, 64.0f, "frames", "filtered colour returns to history fully up to this length, then fades as feedback_frames / length") \
     X(float, max_blur_radius, 15.0f, 0.0f, 60.0f, "px", "reach of the spatial filter; 0 off; scaled with the rectangle") \
     X(float, diffuse_prepass_blur_radius, 0.0f, 0.0f, 75.0f, "px", "blur before accumulation, for probabilistic sampling; 0 off (needs NRD_FEATURE_PREPASS)") \
+    X(float, specular_prepass_blur_radius, 0.0f, 0.0f, 75.0f, "px", "the same for the specular signal, at most as wide as what the lobe sees") \
     X(float, luminance_sigma_scale, 8.0f, 0.1f, 100.0f, "standard deviations", "neighbours that differ more are not mixed; less is sharper and noisier") \
     X(float, plane_distance_sensitivity, 0.006f, 1e-4f, 1.0f, "of the view's extent at that depth", "neighbours farther off the surface's plane are not mixed") \
     X(float, normal_sensitivity, 8.0f, 0.0f, 1000.0f, "", "neighbours weigh exp(-this * (1 - cos of the angle between normals))") \
     X(float, antilag_sigma_scale, 3.5f, 0.5f, 100.0f, "standard deviations", "change of lighting that counts as certain; less reacts sooner and flickers more") \
     X(float, antilag_sensitivity, 1.0f, 0.0f, 1.0f, "", "how much of a certain change of lighting is applied to history; 0 off") \
-    X(float, stabilization_sigma_scale, 2.5f, 0.1f, 100.0f, "standard deviations", "stabilised history farther from the filtered value is pulled in") \
+    X(float, stabilization_sigma_scale, 1.2f, 0.1f, 100.0f, "standard deviations", "stabilised history farther from the filtered value is pulled in") \
     X(uint, min_material_for_diffuse, 4, 0, 4, "", "material ids above it are kept apart from each other and the rest; 4 mixes all") \
-    X(uint, return_history_length_instead_of_occlusion, 0, 0, 1, "", "1: OUT_DIFF_RADIANCE_HITDIST.w is the history length in frames")
+    X(uint, return_history_length_instead_of_occlusion, 0, 0, 1, "", "1: w of the outputs is the history length in frames")
 
 /* The camera of one frame. Matrices as in CONVENTIONS; all zero is refused. */
 typedef struct nrd_camera {
@@ -426,11 +433,12 @@ NRD_DECL nrd_result nrd_get_dispatches(nrd *instance, const uint32_t *identifier
 /* ---------------------------------------------------------------------------------------------------------------------------
    Pass tables  >>tables
    A denoiser is a row with its textures and passes; everything below interprets these rows. */
-enum { NRDI_MAX_USES = 16, NRDI_MAX_TEXTURES = 16, NRDI_MAX_PASSES = 12, NRDI_TILE_PX = 8 };
+enum { NRDI_MAX_USES = 24, NRDI_MAX_TEXTURES = 16, NRDI_MAX_PASSES = 12, NRDI_TILE_PX = 8 };
 enum { NRDI_TRANSIENT, NRDI_PERMANENT, NRDI_PING_PONG };
 
 /* Why a pass runs, or a binding is not replaced by its stand-in; evaluated every frame. */
-enum { NRDI_ALWAYS = 0, NRDI_IF_PREPASS = 1, NRDI_IF_BLUR = 2, NRDI_IF_ANTILAG = 4, NRDI_IF_SPLIT = 8, NRDI_IF_CONFIDENCE = 16, NRDI_IF_THRESHOLD_MIX = 32 };
+enum { NRDI_ALWAYS = 0, NRDI_IF_PREPASS = 1, NRDI_IF_BLUR = 2, NRDI_IF_ANTILAG = 4, NRDI_IF_SPLIT = 8, NRDI_IF_CONFIDENCE = 16, NRDI_IF_THRESHOLD_MIX = 32,
+       NRDI_IF_SPEC_PREPASS = 64 };
 
 /* What a pass is bound to: a nrd_resource, or a texture of the denoiser: of this frame, or the previous frame's half of a ping-pong pair. */
 #define NRDI_TEXTURE(i) (64 + (i))
@@ -465,41 +473,100 @@ typedef struct nrdi_denoiser_row {
 #define NRDI_STOP { 0, NRDI_END, 0, 0 }
 
 enum { NRDI_REFERENCE_HISTORY };
-enum { NRDI_GUIDE, NRDI_HISTORY, NRDI_STABILIZED, NRDI_TILE, NRDI_TILE_RAW };
+enum { NRDI_GUIDE, NRDI_TRACK, NRDI_SPEC_TRACK, NRDI_DIFF_HISTORY, NRDI_DIFF_STABILIZED, NRDI_DIFF_TILE, NRDI_DIFF_TILE_RAW,
+       NRDI_SPEC_HISTORY, NRDI_SPEC_STABILIZED, NRDI_SPEC_TILE, NRDI_SPEC_TILE_RAW };
 
-/* REBLUR: once temporal accumulation has run, the previous half of GUIDE is dead until the next frame overwrites it, so it holds one
-   intermediate of the spatial filter; OUT holds the other. */
+/* The textures of the REBLUR denoisers; those that a denoiser's passes do not use do not exist.
+   Once temporal accumulation has run, the previous halves of GUIDE and TRACK are dead until the next frame overwrites them, so each holds
+   one intermediate of the spatial filter; OUT holds the other. */
+#define NRDI_REBLUR_TEXTURES \
+    { "GUIDE", NRD_FORMAT_RG32_UINT, 1, NRDI_PING_PONG }, \
+    { "TRACK", NRD_FORMAT_RG32_UINT, 1, NRDI_PING_PONG }, \
+    { "SPEC_TRACK", NRD_FORMAT_R32_UINT, 1, NRDI_PING_PONG }, \
+    { "DIFF_HISTORY", NRD_FORMAT_RGBA16_FLOAT, 1, NRDI_PERMANENT }, \
+    { "DIFF_STABILIZED", NRD_FORMAT_R16_FLOAT, 1, NRDI_PERMANENT }, \
+    { "DIFF_TILE", NRD_FORMAT_RGBA16_FLOAT, NRDI_TILE_PX, NRDI_PERMANENT }, \
+    { "DIFF_TILE_RAW", NRD_FORMAT_RGBA16_FLOAT, NRDI_TILE_PX, NRDI_TRANSIENT }, \
+    { "SPEC_HISTORY", NRD_FORMAT_RGBA16_FLOAT, 1, NRDI_PERMANENT }, \
+    { "SPEC_STABILIZED", NRD_FORMAT_R16_FLOAT, 1, NRDI_PERMANENT }, \
+    { "SPEC_TILE", NRD_FORMAT_RGBA16_FLOAT, NRDI_TILE_PX, NRDI_PERMANENT }, \
+    { "SPEC_TILE_RAW", NRD_FORMAT_RGBA16_FLOAT, NRDI_TILE_PX, NRDI_TRANSIENT }
+
+/* What the passes bind, in the order of their shaders: the guides, then what belongs to each signal. S: DIFF or SPEC.
+   `scratch`: the intermediate. */
+#define NRDI_ACCUMULATION_GUIDES \
+    NRDI_IN(IN_MV), NRDI_IN(IN_NORMAL_ROUGHNESS), NRDI_IN(IN_VIEWZ), NRDI_IN_IF(IN_DISOCCLUSION_THRESHOLD_MIX, NRDI_IF_THRESHOLD_MIX, IN_VIEWZ), \
+    NRDI_READ_PREV(NRDI_GUIDE), NRDI_WRITE(NRDI_GUIDE)
+#define NRDI_ACCUMULATION_SIGNAL(S, prepass) \
+    NRDI_IN_IF(OUT_##S##_RADIANCE_HITDIST, prepass, IN_##S##_RADIANCE_HITDIST), \
+    NRDI_LINEAR_IF(IN_##S##_CONFIDENCE, NRDI_IF_CONFIDENCE, IN_##S##_RADIANCE_HITDIST), NRDI_READ(NRDI_##S##_HISTORY), \
+    NRDI_READ(NRDI_##S##_STABILIZED), NRDI_LINEAR(NRDI_##S##_TILE), NRDI_OUT(OUT_##S##_RADIANCE_HITDIST), NRDI_WRITE(NRDI_##S##_TILE_RAW)
+#define NRDI_BLUR_SIGNAL(S, scratch) \
+    NRDI_IN(OUT_##S##_RADIANCE_HITDIST), NRDI_LINEAR(NRDI_##S##_TILE), NRDI_WRITE(NRDI_##S##_HISTORY), NRDI_WRITE_PREV(scratch)
+#define NRDI_TO_OUT_SIGNAL(S, scratch) NRDI_READ_PREV(scratch), NRDI_OUT(OUT_##S##_RADIANCE_HITDIST)
+#define NRDI_FROM_OUT_SIGNAL(S, scratch) NRDI_IN(OUT_##S##_RADIANCE_HITDIST), NRDI_WRITE_PREV(scratch)
+#define NRDI_STABILIZATION_SIGNAL(S, scratch) \
+    NRDI_READ_PREV(scratch), NRDI_LINEAR(NRDI_##S##_TILE), NRDI_WRITE(NRDI_##S##_STABILIZED), NRDI_OUT(OUT_##S##_RADIANCE_HITDIST)
+
+#define NRDI_PREPASS(S, shader, text, prepass) \
+    { "pre-pass" text, shader, prepass, NRD_FEATURE_PREPASS, 0, 0, \
+      { NRDI_IN(IN_NORMAL_ROUGHNESS), NRDI_IN(IN_VIEWZ), NRDI_IN(IN_##S##_RADIANCE_HITDIST), NRDI_OUT(OUT_##S##_RADIANCE_HITDIST), NRDI_STOP } }
+#define NRDI_LIGHTING_CHANGE(S, text) \
+    { "lighting change" text, "reblur_lighting_change", NRDI_IF_ANTILAG, 0, 1, 0, \
+      { NRDI_READ(NRDI_##S##_TILE_RAW), NRDI_READ(NRDI_##S##_TILE), NRDI_WRITE(NRDI_##S##_TILE), NRDI_STOP } }
+#define NRDI_SPLIT_SCREEN(S, text) \
+    { "split screen" text, "reblur_split_screen", NRDI_IF_SPLIT, NRD_FEATURE_SPLIT_SCREEN, 0, 0, \
+      { NRDI_IN(IN_VIEWZ), NRDI_IN(IN_##S##_RADIANCE_HITDIST), NRDI_OUT(OUT_##S##_RADIANCE_HITDIST), NRDI_STOP } }
+
 static const nrdi_denoiser_row nrdi_rows[NRD_DENOISER_COUNT] = {
     { NRDI_FAMILY_REFERENCE,
       { { "HISTORY", NRD_FORMAT_RGBA32_FLOAT, 1, NRDI_PERMANENT } },
       { { "reference accumulate", "reference_accumulate", NRDI_ALWAYS, 0, 0, 0,
           { NRDI_IN(IN_SIGNAL), NRDI_READ(NRDI_REFERENCE_HISTORY), NRDI_WRITE(NRDI_REFERENCE_HISTORY), NRDI_OUT(OUT_SIGNAL), NRDI_STOP } } } },
     { NRDI_FAMILY_REBLUR,
-      { { "GUIDE", NRD_FORMAT_RG32_UINT, 1, NRDI_PING_PONG },
-        { "HISTORY", NRD_FORMAT_RGBA16_FLOAT, 1, NRDI_PERMANENT },
-        { "STABILIZED", NRD_FORMAT_R16_FLOAT, 1, NRDI_PERMANENT },
-        { "TILE", NRD_FORMAT_RGBA16_FLOAT, NRDI_TILE_PX, NRDI_PERMANENT },
-        { "TILE_RAW", NRD_FORMAT_RGBA16_FLOAT, NRDI_TILE_PX, NRDI_TRANSIENT } },
-      { { "pre-pass", "reblur_prepass", NRDI_IF_PREPASS, NRD_FEATURE_PREPASS, 0, 0,
-          { NRDI_IN(IN_NORMAL_ROUGHNESS), NRDI_IN(IN_VIEWZ), NRDI_IN(IN_DIFF_RADIANCE_HITDIST), NRDI_OUT(OUT_DIFF_RADIANCE_HITDIST), NRDI_STOP } },
-        { "temporal accumulation", "reblur_temporal_accumulation", NRDI_ALWAYS, 0, 0, 0,
-          { NRDI_IN(IN_MV), NRDI_IN(IN_NORMAL_ROUGHNESS), NRDI_IN(IN_VIEWZ),
-            NRDI_IN_IF(OUT_DIFF_RADIANCE_HITDIST, NRDI_IF_PREPASS, IN_DIFF_RADIANCE_HITDIST),
-            NRDI_LINEAR_IF(IN_DIFF_CONFIDENCE, NRDI_IF_CONFIDENCE, IN_DIFF_RADIANCE_HITDIST), NRDI_IN_IF(IN_DISOCCLUSION_THRESHOLD_MIX, NRDI_IF_THRESHOLD_MIX, IN_VIEWZ),
-            NRDI_READ_PREV(NRDI_GUIDE), NRDI_READ(NRDI_HISTORY), NRDI_READ(NRDI_STABILIZED), NRDI_LINEAR(NRDI_TILE),
-            NRDI_OUT(OUT_DIFF_RADIANCE_HITDIST), NRDI_WRITE(NRDI_GUIDE), NRDI_WRITE(NRDI_TILE_RAW), NRDI_STOP } },
-        { "lighting change", "reblur_lighting_change", NRDI_IF_ANTILAG, 0, 1, 0,
-          { NRDI_READ(NRDI_TILE_RAW), NRDI_READ(NRDI_TILE), NRDI_WRITE(NRDI_TILE), NRDI_STOP } },
-        { "blur", "reblur_blur", NRDI_ALWAYS, 0, 0, 0,
-          { NRDI_IN(OUT_DIFF_RADIANCE_HITDIST), NRDI_READ(NRDI_GUIDE), NRDI_LINEAR(NRDI_TILE), NRDI_WRITE(NRDI_HISTORY), NRDI_WRITE_PREV(NRDI_GUIDE), NRDI_STOP } },
-        { "post-blur 1", "reblur_post_blur_to_out", NRDI_IF_BLUR, 0, 0, 1,
-          { NRDI_READ_PREV(NRDI_GUIDE), NRDI_READ(NRDI_GUIDE), NRDI_OUT(OUT_DIFF_RADIANCE_HITDIST), NRDI_STOP } },
-        { "post-blur 2", "reblur_post_blur_from_out", NRDI_IF_BLUR, 0, 0, 2,
-          { NRDI_IN(OUT_DIFF_RADIANCE_HITDIST), NRDI_READ(NRDI_GUIDE), NRDI_WRITE_PREV(NRDI_GUIDE), NRDI_STOP } },
-        { "stabilization", "reblur_stabilization", NRDI_ALWAYS, 0, 0, 3,
-          { NRDI_READ_PREV(NRDI_GUIDE), NRDI_READ(NRDI_GUIDE), NRDI_LINEAR(NRDI_TILE), NRDI_WRITE(NRDI_STABILIZED), NRDI_OUT(OUT_DIFF_RADIANCE_HITDIST), NRDI_STOP } },
-        { "split screen", "reblur_split_screen", NRDI_IF_SPLIT, NRD_FEATURE_SPLIT_SCREEN, 0, 0,
-          { NRDI_IN(IN_VIEWZ), NRDI_IN(IN_DIFF_RADIANCE_HITDIST), NRDI_OUT(OUT_DIFF_RADIANCE_HITDIST), NRDI_STOP } } } },
+      { NRDI_REBLUR_TEXTURES },
+      { NRDI_PREPASS(DIFF, "reblur_prepass_diffuse", "", NRDI_IF_PREPASS),
+        { "temporal accumulation", "reblur_temporal_accumulation_diffuse", NRDI_ALWAYS, 0, 0, 0,
+          { NRDI_ACCUMULATION_GUIDES, NRDI_ACCUMULATION_SIGNAL(DIFF, NRDI_IF_PREPASS), NRDI_STOP } },
+        NRDI_LIGHTING_CHANGE(DIFF, ""),
+        { "blur", "reblur_blur_diffuse", NRDI_ALWAYS, 0, 0, 0, { NRDI_READ(NRDI_GUIDE), NRDI_BLUR_SIGNAL(DIFF, NRDI_GUIDE), NRDI_STOP } },
+        { "post-blur 1", "reblur_post_blur_to_out_diffuse", NRDI_IF_BLUR, 0, 0, 1, { NRDI_READ(NRDI_GUIDE), NRDI_TO_OUT_SIGNAL(DIFF, NRDI_GUIDE), NRDI_STOP } },
+        { "post-blur 2", "reblur_post_blur_from_out_diffuse", NRDI_IF_BLUR, 0, 0, 2, { NRDI_READ(NRDI_GUIDE), NRDI_FROM_OUT_SIGNAL(DIFF, NRDI_GUIDE), NRDI_STOP } },
+        { "stabilization", "reblur_stabilization_diffuse", NRDI_ALWAYS, 0, 0, 3, { NRDI_READ(NRDI_GUIDE), NRDI_STABILIZATION_SIGNAL(DIFF, NRDI_GUIDE), NRDI_STOP } },
+        NRDI_SPLIT_SCREEN(DIFF, "") } },
+    { NRDI_FAMILY_REBLUR,
+      { NRDI_REBLUR_TEXTURES },
+      { NRDI_PREPASS(SPEC, "reblur_prepass_specular", "", NRDI_IF_SPEC_PREPASS),
+        { "temporal accumulation", "reblur_temporal_accumulation_specular", NRDI_ALWAYS, 0, 0, 0,
+          { NRDI_ACCUMULATION_GUIDES, NRDI_READ_PREV(NRDI_SPEC_TRACK), NRDI_WRITE(NRDI_SPEC_TRACK), NRDI_ACCUMULATION_SIGNAL(SPEC, NRDI_IF_SPEC_PREPASS), NRDI_IN(IN_SPEC_RADIANCE_HITDIST), NRDI_STOP } },
+        NRDI_LIGHTING_CHANGE(SPEC, ""),
+        { "blur", "reblur_blur_specular", NRDI_ALWAYS, 0, 0, 0,
+          { NRDI_READ(NRDI_GUIDE), NRDI_READ(NRDI_SPEC_TRACK), NRDI_BLUR_SIGNAL(SPEC, NRDI_GUIDE), NRDI_STOP } },
+        { "post-blur 1", "reblur_post_blur_to_out_specular", NRDI_IF_BLUR, 0, 0, 1,
+          { NRDI_READ(NRDI_GUIDE), NRDI_READ(NRDI_SPEC_TRACK), NRDI_TO_OUT_SIGNAL(SPEC, NRDI_GUIDE), NRDI_STOP } },
+        { "post-blur 2", "reblur_post_blur_from_out_specular", NRDI_IF_BLUR, 0, 0, 2,
+          { NRDI_READ(NRDI_GUIDE), NRDI_READ(NRDI_SPEC_TRACK), NRDI_FROM_OUT_SIGNAL(SPEC, NRDI_GUIDE), NRDI_STOP } },
+        { "stabilization", "reblur_stabilization_specular", NRDI_ALWAYS, 0, 0, 3,
+          { NRDI_READ(NRDI_GUIDE), NRDI_READ(NRDI_SPEC_TRACK), NRDI_STABILIZATION_SIGNAL(SPEC, NRDI_GUIDE), NRDI_STOP } },
+        NRDI_SPLIT_SCREEN(SPEC, "") } },
+    { NRDI_FAMILY_REBLUR,
+      { NRDI_REBLUR_TEXTURES },
+      { NRDI_PREPASS(DIFF, "reblur_prepass_diffuse", " (diffuse)", NRDI_IF_PREPASS),
+        NRDI_PREPASS(SPEC, "reblur_prepass_specular", " (specular)", NRDI_IF_SPEC_PREPASS),
+        { "temporal accumulation", "reblur_temporal_accumulation_diffuse_specular", NRDI_ALWAYS, 0, 0, 0,
+          { NRDI_ACCUMULATION_GUIDES, NRDI_READ_PREV(NRDI_TRACK), NRDI_WRITE(NRDI_TRACK), NRDI_ACCUMULATION_SIGNAL(DIFF, NRDI_IF_PREPASS),
+            NRDI_ACCUMULATION_SIGNAL(SPEC, NRDI_IF_SPEC_PREPASS), NRDI_IN(IN_SPEC_RADIANCE_HITDIST), NRDI_STOP } },
+        NRDI_LIGHTING_CHANGE(DIFF, " (diffuse)"),
+        NRDI_LIGHTING_CHANGE(SPEC, " (specular)"),
+        { "blur", "reblur_blur_diffuse_specular", NRDI_ALWAYS, 0, 0, 0,
+          { NRDI_READ(NRDI_GUIDE), NRDI_READ(NRDI_TRACK), NRDI_BLUR_SIGNAL(DIFF, NRDI_GUIDE), NRDI_BLUR_SIGNAL(SPEC, NRDI_TRACK), NRDI_STOP } },
+        { "post-blur 1", "reblur_post_blur_to_out_diffuse_specular", NRDI_IF_BLUR, 0, 0, 1,
+          { NRDI_READ(NRDI_GUIDE), NRDI_READ(NRDI_TRACK), NRDI_TO_OUT_SIGNAL(DIFF, NRDI_GUIDE), NRDI_TO_OUT_SIGNAL(SPEC, NRDI_TRACK), NRDI_STOP } },
+        { "post-blur 2", "reblur_post_blur_from_out_diffuse_specular", NRDI_IF_BLUR, 0, 0, 2,
+          { NRDI_READ(NRDI_GUIDE), NRDI_READ(NRDI_TRACK), NRDI_FROM_OUT_SIGNAL(DIFF, NRDI_GUIDE), NRDI_FROM_OUT_SIGNAL(SPEC, NRDI_TRACK), NRDI_STOP } },
+        { "stabilization", "reblur_stabilization_diffuse_specular", NRDI_ALWAYS, 0, 0, 3,
+          { NRDI_READ(NRDI_GUIDE), NRDI_READ(NRDI_TRACK), NRDI_STABILIZATION_SIGNAL(DIFF, NRDI_GUIDE), NRDI_STABILIZATION_SIGNAL(SPEC, NRDI_TRACK), NRDI_STOP } },
+        NRDI_SPLIT_SCREEN(DIFF, " (diffuse)"), NRDI_SPLIT_SCREEN(SPEC, " (specular)") } },
 };
 
 static uint32_t nrdi_use_count(const nrdi_pass_row *pass)
@@ -513,13 +580,6 @@ static uint32_t nrdi_pass_count(const nrdi_denoiser_row *row)
 {
     uint32_t n = 0;
     while (n < NRDI_MAX_PASSES && row->passes[n].name) n++;
-    return n;
-}
-
-static uint32_t nrdi_texture_count(const nrdi_denoiser_row *row)
-{
-    uint32_t n = 0;
-    while (n < NRDI_MAX_TEXTURES && row->textures[n].name) n++;
     return n;
 }
 
@@ -772,7 +832,7 @@ static nrd_result nrdi_needs_feature(const nrd_desc *desc, const char *field, ui
 static uint32_t nrdi_useful_passes(const nrdi_denoiser_row *row, uint32_t enabled)
 {
     uint32_t useful = 0, wanted_textures = 0, pass_count = nrdi_pass_count(row);
-    for (uint32_t i = 0; i < nrdi_texture_count(row); i++)
+    for (uint32_t i = 0; i < NRDI_MAX_TEXTURES; i++)
         if (row->textures[i].kind != NRDI_TRANSIENT) wanted_textures |= 1u << i;
     for (uint32_t p = pass_count; p-- > 0;) {
         const nrdi_pass_row *pass = &row->passes[p];
@@ -838,13 +898,6 @@ static void nrdi_add_texture(nrd *n, nrdi_state *s, uint32_t index)
     const nrdi_texture_row *row = &s->row->textures[index];
     nrd_texture t;
     memset(&t, 0, sizeof t);
-    t.name = row->name;
-    t.denoiser = (uint32_t)(s - n->states);
-    t.format = row->format;
-    t.width = (n->desc.width + row->divisor - 1u) / row->divisor;
-    t.height = (n->desc.height + row->divisor - 1u) / row->divisor;
-    t.permanent = row->kind != NRDI_TRANSIENT;
-    t.bytes = (uint64_t)t.width * t.height * nrd_format_bytes(row->format);
     t.first_pass = UINT32_MAX;
     for (uint32_t p = 0; p < s->pass_count; p++) {
         if (!nrdi_pass_uses(n->live[s->pass_base + p].row, index)) continue;
@@ -852,6 +905,13 @@ static void nrdi_add_texture(nrd *n, nrdi_state *s, uint32_t index)
         t.last_pass = s->pass_base + p;
     }
     if (t.first_pass == UINT32_MAX) return;   /* nobody that is left needs it */
+    t.name = row->name;
+    t.denoiser = (uint32_t)(s - n->states);
+    t.format = row->format;
+    t.width = (n->desc.width + row->divisor - 1u) / row->divisor;
+    t.height = (n->desc.height + row->divisor - 1u) / row->divisor;
+    t.permanent = row->kind != NRDI_TRANSIENT;
+    t.bytes = (uint64_t)t.width * t.height * nrd_format_bytes(row->format);
     s->first_texture[index] = n->info.texture_count;
     for (uint32_t k = 0; k < (row->kind == NRDI_PING_PONG ? 2u : 1u); k++) n->textures[n->info.texture_count++] = t;
 }
@@ -878,12 +938,13 @@ static uint32_t nrdi_find_pipeline(nrd *n, const nrdi_pass_row *pass)
 static uint64_t nrdi_saved_bytes(const nrd *n, const nrdi_denoiser_row *row, uint32_t pass, uint32_t useful)
 {
     uint64_t bytes = 0;
-    for (uint32_t t = 0; t < nrdi_texture_count(row); t++) {
+    for (uint32_t t = 0; t < NRDI_MAX_TEXTURES; t++) {
         const nrdi_texture_row *r = &row->textures[t];
         bool needed = !nrdi_pass_uses(&row->passes[pass], t);
         for (uint32_t p = 0; p < nrdi_pass_count(row); p++) needed |= (useful >> p & 1u) && nrdi_pass_uses(&row->passes[p], t);
+        if (needed) continue;
         uint64_t texels = (uint64_t)((n->desc.width + r->divisor - 1u) / r->divisor) * ((n->desc.height + r->divisor - 1u) / r->divisor);
-        if (!needed) bytes += texels * nrd_format_bytes(r->format) * (r->kind == NRDI_PING_PONG ? 2u : 1u);
+        bytes += texels * nrd_format_bytes(r->format) * (r->kind == NRDI_PING_PONG ? 2u : 1u);
     }
     return bytes;
 }
@@ -933,7 +994,7 @@ static void nrdi_compile(nrd *n)
         s->row = &nrdi_rows[s->denoiser];
         nrd_settings_defaults(s->denoiser, &s->settings);
         nrdi_add_passes(n, s);
-        for (uint32_t t = 0; t < nrdi_texture_count(s->row); t++) nrdi_add_texture(n, s, t);
+        for (uint32_t t = 0; t < NRDI_MAX_TEXTURES; t++) nrdi_add_texture(n, s, t);
     }
     nrdi_measure(n);
     n->info.width = n->desc.width;
@@ -1131,8 +1192,11 @@ nrd_result nrd_set_settings(nrd *n, uint32_t identifier, const void *settings)
     nrdi_settings_list list = nrdi_list_of(s->denoiser);
     nrd_result r = nrdi_check_settings(&n->desc, nrd_denoiser_name(s->denoiser), list, settings);
     if (r) return r;
-    if (s->row->family == NRDI_FAMILY_REBLUR && ((const nrd_reblur_settings *)settings)->diffuse_prepass_blur_radius > 0
+    const nrd_reblur_settings *reblur = s->row->family == NRDI_FAMILY_REBLUR ? (const nrd_reblur_settings *)settings : NULL;
+    if (reblur && reblur->diffuse_prepass_blur_radius > 0
         && (r = nrdi_needs_feature(&n->desc, "diffuse_prepass_blur_radius", NRD_FEATURE_PREPASS, "NRD_FEATURE_PREPASS"))) return r;
+    if (reblur && reblur->specular_prepass_blur_radius > 0
+        && (r = nrdi_needs_feature(&n->desc, "specular_prepass_blur_radius", NRD_FEATURE_PREPASS, "NRD_FEATURE_PREPASS"))) return r;
     memcpy(&s->settings, settings, list.bytes);
     return NRD_RESULT_OK;
 }
@@ -1242,6 +1306,7 @@ static void nrdi_fill_reblur(const nrd_reblur_settings *s, float resolution_scal
     c->feedback_frames = s->feedback_frames;
     c->max_blur_radius = s->max_blur_radius * resolution_scale;
     c->prepass_blur_radius = s->diffuse_prepass_blur_radius * resolution_scale;
+    c->specular_prepass_blur_radius = s->specular_prepass_blur_radius * resolution_scale;
     c->luminance_sigma_scale = s->luminance_sigma_scale;
     c->plane_distance_sensitivity = s->plane_distance_sensitivity;
     c->normal_sensitivity = s->normal_sensitivity;
@@ -1250,7 +1315,8 @@ static void nrdi_fill_reblur(const nrd_reblur_settings *s, float resolution_scal
     c->stabilization_sigma_scale = s->stabilization_sigma_scale;
     c->min_material = s->min_material_for_diffuse;
     c->flags |= (s->return_history_length_instead_of_occlusion ? NRD_FLAG_RETURN_HISTORY : 0)
-              | (s->antilag_sensitivity > 0 ? NRD_FLAG_ANTILAG : 0) | (s->diffuse_prepass_blur_radius > 0 ? NRD_FLAG_PREPASS : 0);
+              | (s->antilag_sensitivity > 0 ? NRD_FLAG_ANTILAG : 0) | (s->diffuse_prepass_blur_radius > 0 ? NRD_FLAG_PREPASS : 0)
+              | (s->specular_prepass_blur_radius > 0 ? NRD_FLAG_SPECULAR_PREPASS : 0);
 }
 
 static bool nrdi_camera_moved(const nrd *n)
@@ -1288,6 +1354,7 @@ static uint32_t nrdi_conditions(const nrd *n, const nrdi_state *s)
     uint32_t on = 0;
     if (s->row->family == NRDI_FAMILY_REFERENCE) return on;
     if (c->flags & NRD_FLAG_PREPASS) on |= NRDI_IF_PREPASS;
+    if (c->flags & NRD_FLAG_SPECULAR_PREPASS) on |= NRDI_IF_SPEC_PREPASS;
     if (c->max_blur_radius > 0) on |= NRDI_IF_BLUR;
     if (c->flags & NRD_FLAG_ANTILAG) on |= NRDI_IF_ANTILAG;
     if (c->flags & NRD_FLAG_HISTORY_CONFIDENCE) on |= NRDI_IF_CONFIDENCE;

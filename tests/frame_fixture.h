@@ -226,4 +226,16 @@ static inline nrd_frame still_frame(uint32_t frame_index)
     return frame;
 }
 
+/* An instance with every denoiser, identified by its number, and every feature. */
+static inline nrd *create_all(spy *s)
+{
+    nrd_denoiser_desc all[NRD_DENOISER_COUNT];
+    nrd *instance = NULL;
+    memset(s, 0, sizeof *s);
+    for (uint32_t i = 0; i < NRD_DENOISER_COUNT; i++) all[i].identifier = i, all[i].denoiser = (nrd_denoiser)i;
+    nrd_desc desc = spied_desc(s, all, NRD_DENOISER_COUNT, 64, 48, NRD_FEATURE_ALL);
+    assert_int_equal(nrd_create(&desc, &instance), NRD_RESULT_OK);
+    return instance;
+}
+
 #endif

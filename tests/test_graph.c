@@ -350,11 +350,13 @@ static void memory_totals_are_the_sums_of_the_textures(void **state)
     for_every_instance(check_memory, false);
 }
 
-/* Bytes of permanent and transient textures at 1920 x 1080. REBLUR_DIFFUSE: three quarters of what a comparable denoiser takes.
+/* Bytes of permanent and transient textures at 1920 x 1080. REBLUR: three quarters of what comparable denoisers take.
    REFERENCE: one RGBA32F image. */
 static const uint64_t budgets[NRD_DENOISER_COUNT] = {
     [NRD_DENOISER_REFERENCE] = 33177600,
     [NRD_DENOISER_REBLUR_DIFFUSE] = 55993320,
+    [NRD_DENOISER_REBLUR_SPECULAR] = 71475000,
+    [NRD_DENOISER_REBLUR_DIFFUSE_SPECULAR] = 108870120,
 };
 
 static void memory_at_1080p_stays_within_the_budget_of_each_denoiser(void **state)

@@ -266,7 +266,7 @@ static void every_denoiser_setting_outside_its_range_is_refused(void **state)
     any_settings settings;
     char field[128];
     (void)state;
-    nrd *instance = busy_instance(&s, NRD_FEATURE_ALL);
+    nrd *instance = create_all(&s);
     const nrd_info *info = nrd_get_info(instance);
     for (uint32_t d = 0; d < info->denoiser_count; d++) {
         nrd_denoiser denoiser = info->denoisers[d].denoiser;
@@ -291,7 +291,7 @@ static void the_limits_and_defaults_of_every_setting_are_accepted(void **state)
     any_settings settings;
     uint32_t index = 2;
     (void)state;
-    nrd *instance = busy_instance(&s, NRD_FEATURE_ALL);
+    nrd *instance = create_all(&s);
     for (int d = 0; d <= NRD_DENOISER_COUNT; d++)
         for (uint32_t i = 0; nrd_get_setting((nrd_denoiser)d, i, &row); i++)
             for (int k = 0; k < 3; k++) {
@@ -301,7 +301,7 @@ static void the_limits_and_defaults_of_every_setting_are_accepted(void **state)
                 put_setting(d == NRD_DENOISER_COUNT ? (void *)&frame : (void *)&settings, &row, value);
                 assert_true(row.min <= row.value && row.value <= row.max && row.min < row.max);
                 assert_int_equal(nrd_set_frame(instance, &frame), NRD_RESULT_OK);
-                if (d < NRD_DENOISER_COUNT) assert_int_equal(nrd_set_settings(instance, two_denoisers[d].identifier, &settings), NRD_RESULT_OK);
+                if (d < NRD_DENOISER_COUNT) assert_int_equal(nrd_set_settings(instance, (uint32_t)d, &settings), NRD_RESULT_OK);
             }
     assert_int_equal(s.messages, 0);
     nrd_destroy(instance);

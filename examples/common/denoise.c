@@ -65,22 +65,49 @@ static bool pack_view_z(const frame_view *view, void *texels)
     return pack_plane(view->frame, "viewZ", texels);
 }
 
+/* A capture may have the confidence of one signal alone: the other is trusted. */
+static bool pack_confidence(const frame_view *view, const char *name, float *texels)
+{
+    const float *confidence = capture_find_plane(view->frame, name);
+    for (size_t i = 0; i < pixels_of(view->frame); i++)
+        texels[i] = confidence ? confidence[i] : 1.0f;
+    return true;
+}
+
 static bool pack_diffuse_confidence(const frame_view *view, void *texels)
 {
-    return pack_plane(view->frame, "diffuse.confidence", texels);
+    return pack_confidence(view, "diffuse.confidence", texels);
+}
+
+static bool pack_specular_confidence(const frame_view *view, void *texels)
+{
+    return pack_confidence(view, "specular.confidence", texels);
+}
+
+/* roughness: NULL for the diffuse lobe, whose hit distances are normalised as at roughness 1. */
+static bool pack_radiance(const frame_view *view, const char *signal, const float *roughness, void *texels)
+{
+    float *colour[3];
+    uint16_t *out = texels;
+    char name[CAPTURE_NAME_SIZE];
+    snprintf(name, sizeof name, "%s.hitT", signal);
+    const float *hit = capture_find_plane(view->frame, name), *z = capture_find_plane(view->frame, "viewZ");
+    capture_find_planes(view->frame, signal, "RGB", colour);
+    for (size_t i = 0; i < pixels_of(view->frame); i++, out += 4) {
+        const float rgb[3] = { colour[0][i], colour[1][i], colour[2][i] };
+        pack_radiance_hit_dist(rgb, pack_normalize_hit_dist(hit[i], z[i], roughness ? roughness[i] : 1.0f, view->hit_distance), out);
+    }
+    return true;
 }
 
 static bool pack_diffuse(const frame_view *view, void *texels)
 {
-    float *colour[3];
-    uint16_t *out = texels;
-    const float *hit = capture_find_plane(view->frame, "diffuse.hitT"), *z = capture_find_plane(view->frame, "viewZ");
-    capture_find_planes(view->frame, "diffuse", "RGB", colour);
-    for (size_t i = 0; i < pixels_of(view->frame); i++, out += 4) {
-        const float rgb[3] = { colour[0][i], colour[1][i], colour[2][i] };
-        pack_radiance_hit_dist(rgb, pack_normalize_hit_dist(hit[i], z[i], 1.0f, view->hit_distance), out);
-    }
-    return true;
+    return pack_radiance(view, "diffuse", NULL, texels);
+}
+
+static bool pack_specular(const frame_view *view, void *texels)
+{
+    return pack_radiance(view, "specular", capture_find_plane(view->frame, "roughness"), texels);
 }
 
 static bool pack_signal(const frame_view *view, void *texels)
@@ -112,7 +139,10 @@ static const input_row inputs[] = {
     { NRD_RESOURCE_IN_VIEWZ, VK_FORMAT_R32_SFLOAT, pack_view_z, { "viewZ" } },
     { NRD_RESOURCE_IN_DIFF_RADIANCE_HITDIST, VK_FORMAT_R16G16B16A16_SFLOAT, pack_diffuse,
       { "diffuse.R", "diffuse.G", "diffuse.B", "diffuse.hitT", "viewZ" } },
-    { NRD_RESOURCE_IN_DIFF_CONFIDENCE, VK_FORMAT_R32_SFLOAT, pack_diffuse_confidence, { "diffuse.confidence" } },
+    { NRD_RESOURCE_IN_SPEC_RADIANCE_HITDIST, VK_FORMAT_R16G16B16A16_SFLOAT, pack_specular,
+      { "specular.R", "specular.G", "specular.B", "specular.hitT", "viewZ" } },
+    { NRD_RESOURCE_IN_DIFF_CONFIDENCE, VK_FORMAT_R32_SFLOAT, pack_diffuse_confidence, { NULL } },
+    { NRD_RESOURCE_IN_SPEC_CONFIDENCE, VK_FORMAT_R32_SFLOAT, pack_specular_confidence, { NULL } },
     { NRD_RESOURCE_IN_SIGNAL, VK_FORMAT_R32G32B32A32_SFLOAT, pack_signal, { NULL } },
 };
 
@@ -138,6 +168,7 @@ typedef struct output_row {
 
 static const output_row outputs[] = {
     { NRD_RESOURCE_OUT_DIFF_RADIANCE_HITDIST, SIGNAL_DIFFUSE, SIGNAL_AO, true, unpack_radiance },
+    { NRD_RESOURCE_OUT_SPEC_RADIANCE_HITDIST, SIGNAL_SPECULAR, SIGNAL_COUNT, true, unpack_radiance },
     { NRD_RESOURCE_OUT_SIGNAL, SIGNAL_COUNT, SIGNAL_COUNT, false, unpack_signal },
 };
 
@@ -198,7 +229,7 @@ static void resolve_settings(const denoise_desc *desc, nrd_denoiser owner, doubl
 
 static bool has_confidence(const capture *frame)
 {
-    return capture_find_plane(frame, "diffuse.confidence") != NULL;
+    return capture_find_plane(frame, "diffuse.confidence") != NULL || capture_find_plane(frame, "specular.confidence") != NULL;
 }
 
 /* Only what is asked for: what is not declared costs nothing. */
@@ -207,6 +238,7 @@ static uint32_t features_for(const denoise_desc *desc, const capture *frame)
     static const struct { const char *name; uint32_t feature; } by_setting[] = {
         { "split_screen", NRD_FEATURE_SPLIT_SCREEN },
         { "diffuse_prepass_blur_radius", NRD_FEATURE_PREPASS },
+        { "specular_prepass_blur_radius", NRD_FEATURE_PREPASS },
     };
     uint32_t features = has_confidence(frame) ? NRD_FEATURE_HISTORY_CONFIDENCE : 0;
     for (uint32_t i = 0; i < desc->setting_count; i++)

@@ -9,11 +9,13 @@ vec3 view_position(vec2 uv, float z, vec4 frustum, float orthographic)
     return vec3(xy * mix(z, 1.0, orthographic), z);
 }
 
+/* World size of a pixel at view depth z. */
+float pixel_size(float z) { return g.pixel_unproject * mix(z, 1.0, g.orthographic); }
+
 /* World size of the shorter side of the picture at view depth z. */
 float frustum_size(float z)
 {
-    float pixel = g.pixel_unproject * mix(z, 1.0, g.orthographic);
-    return float(min(g.rect_width, g.rect_height)) * pixel;
+    return float(min(g.rect_width, g.rect_height)) * pixel_size(z);
 }
 
 /* uv of a view-space position of the previous frame; far outside when behind the camera. */

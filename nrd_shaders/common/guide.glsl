@@ -30,11 +30,29 @@ uint guide_pack(float z, vec3 normal, uint material)
 
 bool guide_is_sky(uint code) { return (code & 0xffffu) == GUIDE_SKY; }
 
+/* With SPECULAR, 4 + 4 more bits of the normal lie in the top byte of the guide's second word (error at most 0.06 degrees): reflections
+   need them. */
+uint guide_pack_fine(vec3 normal)
+{
+    vec2 oct = guide_octahedral(normal) * 63.0 + 63.5;
+    uvec2 fine = uvec2(clamp(fract(oct) * 16.0 + 0.5, 0.0, 15.0));
+    return (fine.x << 24) | (fine.y << 28);
+}
+
 /* Not of unit length. The fields lie so that a mask puts them into the fraction of a float in [1, 2). */
 vec3 guide_direction(uint code)
 {
     vec2 fraction = vec2(uintBitsToFloat((code & 0x7f0000u) | 0x3f800000u), uintBitsToFloat(((code >> 7) & 0x7f0000u) | 0x3f800000u));
     vec2 oct = fraction * (128.0 / 63.0) - (128.0 / 63.0 + 1.0);
+    float z = 1.0 - abs(oct.x) - abs(oct.y), fold = max(-z, 0.0);
+    return vec3(oct.x + (oct.x >= 0.0 ? -fold : fold), oct.y + (oct.y >= 0.0 ? -fold : fold), z);
+}
+
+/* The same with the fine bits. */
+vec3 guide_fine_direction(uvec2 guide)
+{
+    vec2 coarse = vec2((guide.x >> 16) & 127u, (guide.x >> 23) & 127u), fine = vec2((guide.y >> 24) & 15u, guide.y >> 28);
+    vec2 oct = (coarse + fine / 16.0 - 63.5) / 63.0;
     float z = 1.0 - abs(oct.x) - abs(oct.y), fold = max(-z, 0.0);
     return vec3(oct.x + (oct.x >= 0.0 ? -fold : fold), oct.y + (oct.y >= 0.0 ? -fold : fold), z);
 }

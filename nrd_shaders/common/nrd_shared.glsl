@@ -46,7 +46,7 @@
     X(float, history_fix_frames) X(float, max_blur_radius) X(float, prepass_blur_radius) X(float, luminance_sigma_scale) \
     X(float, plane_distance_sensitivity) X(float, normal_sensitivity) X(float, antilag_sigma_scale) X(float, antilag_sensitivity) \
     X(float, stabilization_sigma_scale) X(float, feedback_frames) X(uint, min_material) X(uint, flags) \
-    X(float, denoising_range_prev) X(float, unused_0) X(float, unused_1) X(float, unused_2)
+    X(float, denoising_range_prev) X(float, specular_prepass_blur_radius) X(float, unused_1) X(float, unused_2)
 
 /* nrd_constants.flags */
 #define NRD_FLAG_HISTORY_CONFIDENCE  1u
@@ -54,6 +54,7 @@
 #define NRD_FLAG_RETURN_HISTORY      4u
 #define NRD_FLAG_ANTILAG             8u
 #define NRD_FLAG_PREPASS            16u
+#define NRD_FLAG_SPECULAR_PREPASS   64u
 #define NRD_FLAG_TILE_HISTORY       32u /* the previous frame has looked for lighting changes */
 
 /* Push constants of every pass: 16 bytes. */

@@ -20,23 +20,4 @@ vec4 dither_to_half(vec4 v, float random)
     return uintBitsToFloat((floatBitsToUint(v) + uint(random * 8192.0)) & 0xffffe000u);
 }
 
-/* Second word of the guide texel: bits 0-7 history length in quarter frames, 8-15 hit distance, 16-31 stabilised luma of the previous frame, reprojected. */
-struct Aux {
-    float frames;      /* [0, 63.75] */
-    float hit_dist;    /* normalised */
-    float stabilized;
-};
-
-/* random: [0, 1), decides the rounding of the hit distance, so that its average survives 8 bits. */
-uint pack_aux(Aux a, float random)
-{
-    uint frames = uint(clamp(a.frames, 0.0, 63.75) * 4.0 + 0.5);
-    uint hit_dist = uint(clamp(a.hit_dist * 255.0 + random, 0.0, 255.0));
-    return frames | (hit_dist << 8) | (packHalf2x16(round_half(vec4(0.0, a.stabilized, 0.0, 0.0)).xy) & 0xffff0000u);
-}
-
-float aux_frames(uint t) { return float(t & 255u) * 0.25; }
-
-Aux unpack_aux(uint t) { return Aux(aux_frames(t), float((t >> 8) & 255u) / 255.0, unpackHalf2x16(t).y); }
-
 #endif

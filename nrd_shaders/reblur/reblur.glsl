@@ -2,11 +2,20 @@
 #ifndef REBLUR_GLSL
 #define REBLUR_GLSL
 
+#include "signals.glsl"
+
+const float LOG2_E = 1.442695;
+
 struct Center {
     ivec2 pixel;
     Plane plane;        /* distance 1 is the tolerance */
     vec3 normal;        /* world */
     uint material;
+#ifdef SPECULAR
+    float roughness, roughness_scale;
+    float lobe_scale;       /* exponent per 1 - cos of the angle to a neighbour's normal */
+    float footprint_scale;  /* exponent per squared distance, px */
+#endif
 };
 
 struct Neighbour {
@@ -15,14 +24,45 @@ struct Neighbour {
     bool inside;        /* the rectangle */
 };
 
-/* slack: 1 for long histories; larger accepts neighbours that lie farther off the plane. */
-Center make_center(ivec2 pixel, uint code, float slack)
+#ifdef SPECULAR
+vec3 guide_tap_direction(uvec2 guide) { return guide_fine_direction(guide); }
+#else
+vec3 guide_tap_direction(uvec2 guide) { return guide_direction(guide.x); }
+#endif
+
+/* 1 - cos of the angle between the normals. */
+float normal_bend(Center c, uvec2 guide)
+{
+    vec3 direction = guide_tap_direction(guide);
+    return 1.0 - dot(c.normal, direction) * inversesqrt(dot(direction, direction));
+}
+
+#ifdef SPECULAR
+/* Neighbours within the lobe see the same reflection: a blur as wide as the lobe's footprint loses nothing, and mirrors get none. */
+const float FOOTPRINT_WIDTH = 2.4;   /* standard deviation of the kernel, footprints */
+
+void set_lobe(inout Center c, float roughness, float tracked, float z, vec2 uv)
+{
+    float alpha = max(roughness * roughness, 1e-4), tolerance = atan(alpha) + 0.01;
+    float footprint = lobe_footprint(alpha, tracked, z, uv);
+    c.roughness = roughness;
+    c.roughness_scale = 1.0 / (0.1 * roughness + 0.01);
+    c.lobe_scale = -LOG2_E / (tolerance * tolerance);
+    c.footprint_scale = -0.5 * LOG2_E / max(FOOTPRINT_WIDTH * FOOTPRINT_WIDTH * footprint * footprint, 1e-4);
+}
+#endif
+
+/* slack: 1 for long histories; larger accepts neighbours that lie farther off the plane. tracked: of the specular signal. */
+Center make_center(ivec2 pixel, uvec2 guide, float slack, float tracked)
 {
     Center c;
     c.pixel = pixel;
-    c.normal = guide_normal(code);
-    c.material = max(code >> 30, g.min_material);
-    float z = guide_relative_depth(code) * g.denoising_range;
+    c.normal = normalize(guide_tap_direction(guide));
+    c.material = max(guide.x >> 30, g.min_material);
+    float z = guide_relative_depth(guide.x) * g.denoising_range;
+#ifdef SPECULAR
+    set_lobe(c, guide_roughness(guide), tracked, z, pixel_uv(pixel));
+#endif
     vec2 uv = pixel_uv(pixel);
     float scale = 1.0 / plane_tolerance(g.plane_distance_sensitivity * slack, z);
     c.plane = make_plane(c.normal * mat3(g.view_to_world), view_position(uv, z, g.frustum, g.orthographic), uv, 1.0 / vec2(rect_size()), g.frustum,
@@ -49,10 +89,25 @@ float plane_weight(Center c, Neighbour n, uint code)
     return usable ? clamp(1.0 - distance, 0.0, 1.0) : 0.0;
 }
 
+/* Exponent of 2 and factor of what a signal's lobe makes of a neighbour. normal_scale: of the diffuse lobe. */
+float lobe_exponent(Center c, int signal, float normal_scale, float bend, vec2 offset)
+{
+#ifdef SPECULAR
+    if (signal == SPECULAR_SIGNAL) return c.lobe_scale * bend + c.footprint_scale * dot(offset, offset);
+#endif
+    return normal_scale * bend;
+}
+
+float lobe_factor(Center c, int signal, uvec2 guide)
+{
+#ifdef SPECULAR
+    if (signal == SPECULAR_SIGNAL) return clamp(1.0 - abs(guide_roughness(guide) - c.roughness) * c.roughness_scale, 0.0, 1.0);
+#endif
+    return 1.0;
+}
+
 /* Binomial kernel [1 2 1] x [1 2 1] / 4. */
 float kernel(ivec2 offset) { return (offset.x == 0 ? 1.0 : 0.5) * (offset.y == 0 ? 1.0 : 0.5); }
-
-const float LOG2_E = 1.442695;
 
 /* Frames that history counts for after a certain change of lighting (3 to 8 tried: less flickers, more lags). */
 const float CHANGED_FRAMES = 8.0;

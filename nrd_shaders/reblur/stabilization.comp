@@ -12,12 +12,29 @@
 #include "../common/texel.glsl"
 #include "reblur.glsl"
 
-layout(binding = 1) uniform usampler2D in_color;
-layout(binding = 2) uniform usampler2D in_guide;
-layout(binding = 3) uniform sampler2D in_tile;
-layout(binding = 4, r16f) uniform writeonly image2D out_stabilized;
-layout(binding = 5, rgba16f) uniform writeonly image2D out_radiance_hit_dist;
-vec4 load_color(ivec2 pixel) { return unpack_texel(texelFetch(in_color, pixel, 0).xy); }
+layout(binding = 1) uniform usampler2D in_guide;
+#ifdef SPECULAR
+layout(binding = 2) uniform usampler2D in_track;
+#endif
+#define FIRST (2 + HAS_SPECULAR)
+#ifdef DIFFUSE
+layout(binding = FIRST) uniform usampler2D in_diff;
+layout(binding = FIRST + 1) uniform sampler2D in_diff_tile;
+layout(binding = FIRST + 2, r16f) uniform writeonly image2D out_diff_stabilized;
+layout(binding = FIRST + 3, rgba16f) uniform writeonly image2D out_diff;
+#endif
+#ifdef SPECULAR
+#define SECOND (FIRST + 4 * HAS_DIFFUSE)
+layout(binding = SECOND) uniform usampler2D in_spec;
+layout(binding = SECOND + 1) uniform sampler2D in_spec_tile;
+layout(binding = SECOND + 2, r16f) uniform writeonly image2D out_spec_stabilized;
+layout(binding = SECOND + 3, rgba16f) uniform writeonly image2D out_spec;
+#endif
+
+vec4 load_color(int s, ivec2 p) { OF_SIGNAL(s, return unpack_texel(texelFetch(in_diff, p, 0).xy), return unpack_texel(texelFetch(in_spec, p, 0).xy)) }
+vec4 load_change(int s, vec2 px) { OF_SIGNAL(s, return sample_tiles(in_diff_tile, px, rect_size()), return sample_tiles(in_spec_tile, px, rect_size())) }
+void store_stabilized(int s, ivec2 p, vec4 v) { OF_SIGNAL(s, imageStore(out_diff_stabilized, p, v), imageStore(out_spec_stabilized, p, v)) }
+void store_color(int s, ivec2 p, vec4 v) { OF_SIGNAL(s, imageStore(out_diff, p, v), imageStore(out_spec, p, v)) }
 const bool CROSS = false;
 #include "atrous.glsl"
 
@@ -25,17 +42,42 @@ const bool CROSS = false;
    tried: 3 takes a quarter off the flicker for a tenth of error; more keeps the first frames' errors. */
 const float HEAD_START = 3.0;
 
-/* Short histories know their own deviation badly, most of all under rare bright samples: they may differ more. Without it the first
-   dark guess wins, and the picture darkens by 1 to 2 %. */
-const float EARLY_DOUBT = 8.0;
+/* Short histories know their own deviation badly, most of all under rare bright samples: they may differ more. */
+const float EARLY_DOUBT = 1.5;
 
-float stabilize(vec4 color, Aux aux, vec4 change)
+/* Share of the slack that a darker past gets: noise is skewed, first guesses are mostly too dark, and with equal slack the picture darkens
+   by 3 %; less than 0.5 brightens it. */
+const float DARK_SLACK = 0.75;
+
+float stabilize(vec4 color, float history_frames, float stabilized, vec4 change)
 {
-    float frames = min(aux.frames + HEAD_START, g.max_stabilized_frames);
-    if (aux.stabilized < 0.0) return color.x;
-    float slack = g.stabilization_sigma_scale * color.w * (1.0 + EARLY_DOUBT / max(aux.frames, 1.0));
-    float allowed = clamp(aux.stabilized * mix(1.0, change.y, change.x), color.x - slack, color.x + slack);
+    float frames = min(history_frames + HEAD_START, g.max_stabilized_frames);
+    if (stabilized < 0.0) return color.x;
+    float slack = g.stabilization_sigma_scale * color.w * (1.0 + EARLY_DOUBT / max(history_frames, 1.0));
+    float allowed = clamp(stabilized * mix(1.0, change.y, change.x), color.x - DARK_SLACK * slack, color.x + slack);
     return mix(color.x, allowed, frames / (1.0 + frames));
+}
+
+/* Specular tracks are relative to the distance to the camera. */
+float norm_hit_dist(ivec2 pixel, uvec2 guide, int signal, Track track)
+{
+#ifdef SPECULAR
+    if (signal == SPECULAR_SIGNAL) {
+        float z = guide_relative_depth(guide.x) * g.denoising_range, distance = distance_to_camera(pixel_uv(pixel), z);
+        return clamp(track.hit_dist / max(1.0 - track.hit_dist, 1e-3) * distance / nrd_hit_dist_scale(z, guide_roughness(guide), g.hit_distance), 0.0, 1.0);
+    }
+#endif
+    return track.hit_dist;
+}
+
+void finish(ivec2 pixel, uvec2 guide, int signal, Track track, vec4 color)
+{
+    vec4 change = has_flag(NRD_FLAG_ANTILAG) ? load_change(signal, vec2(pixel) + 0.5) : vec4(0.0, 1.0, 0.0, 0.0);
+    float frames = guide_frames(guide, signal), luma = min(stabilize(color, frames, track.stabilized, change), 65504.0);
+    color.xyz *= luma / max(color.x, 1e-12);
+    store_stabilized(signal, pixel, round_half(vec4(luma)));
+    float w = has_flag(NRD_FLAG_RETURN_HISTORY) ? frames : norm_hit_dist(pixel, guide, signal, track);
+    store_color(signal, pixel, round_half(vec4(clamp(color.xyz, -65504.0, 65504.0), w)));
 }
 
 void main()
@@ -44,13 +86,12 @@ void main()
     if (!in_rect(pixel)) return;
     uvec2 guide = texelFetch(in_guide, pixel, 0).xy;
     if (guide_is_sky(guide.x)) return;
-    Aux aux = unpack_aux(guide.y);
-    vec4 color = load_color(pixel);
-    if (is_filtering()) color = atrous(make_center(pixel, guide.x, 1.0), color);
-    vec4 change = has_flag(NRD_FLAG_ANTILAG) ? sample_tiles(in_tile, vec2(pixel) + 0.5, rect_size()) : vec4(0.0, 1.0, 0.0, 0.0);
-    float luma = min(stabilize(color, aux, change), 65504.0);
-    color.xyz *= luma / max(color.x, 1e-12);
-    imageStore(out_stabilized, pixel, round_half(vec4(luma)));
-    float w = has_flag(NRD_FLAG_RETURN_HISTORY) ? aux.frames : aux.hit_dist;
-    imageStore(out_radiance_hit_dist, pixel, round_half(vec4(clamp(color.xyz, -65504.0, 65504.0), w)));
+    Track tracks[SIGNALS];
+    vec4 color[SIGNALS];
+    for (int s = 0; s < SIGNALS; s++) {
+        tracks[s] = unpack_track(TRACK_WORD(pixel, guide, s));
+        color[s] = load_color(s, pixel);
+    }
+    if (is_filtering()) atrous(make_center(pixel, guide, 1.0, tracks[SIGNALS - 1].hit_dist), color);
+    for (int s = 0; s < SIGNALS; s++) finish(pixel, guide, s, tracks[s], color[s]);
 }

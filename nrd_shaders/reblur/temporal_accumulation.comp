@@ -1,6 +1,7 @@
-/* Reads   guides, noisy signal, last frame's history, lengths, guides, stabilised luma and lighting change.
+/* Reads   guides, noisy signals, last frame's history, lengths, guides, stabilised luma and lighting change.
    Writes  accumulated colour and deviation, length, hit distance, reprojected stabilised luma, this frame's guide, tile statistics.
-   Finds every pixel in the previous frame, keeps what is on the same surface, and averages the new sample into it.
+   Finds every pixel in the previous frame, keeps what is on the same surface (and, for the specular signal, what reflected the same
+   point), and averages the new sample into it.
    First in the chain: everything after it works on an average with a known number of frames and a known deviation.
    Recurrent accumulation: D. Zhdan, "Fast Denoising with Self-Stabilizing Recurrent Blurs", GTC 2020;
    per-pixel moments: C. Schied et al., "Spatiotemporal Variance-Guided Filtering", HPG 2017. */
@@ -15,123 +16,72 @@
 layout(binding = 1) uniform sampler2D in_motion;
 layout(binding = 2) uniform sampler2D in_normal_roughness;
 layout(binding = 3) uniform sampler2D in_view_z;
-layout(binding = 4) uniform sampler2D in_radiance_hit_dist;
-layout(binding = 5) uniform sampler2D in_confidence;
-layout(binding = 6) uniform sampler2D in_threshold_mix;
-layout(binding = 7) uniform usampler2D prev_guide;
-layout(binding = 8) uniform sampler2D history;
-layout(binding = 9) uniform sampler2D prev_stabilized;
-layout(binding = 10) uniform sampler2D prev_tile;
-layout(binding = 11, rgba16f) uniform writeonly image2D out_color;
-layout(binding = 12, rg32ui) uniform writeonly uimage2D out_guide;
-layout(binding = 13, rgba16f) uniform writeonly image2D out_tile_raw;
+layout(binding = 4) uniform sampler2D in_threshold_mix;
+layout(binding = 5) uniform usampler2D prev_guide;
+layout(binding = 6, rg32ui) uniform writeonly uimage2D out_guide;
+#ifdef SPECULAR
+layout(binding = 7) uniform usampler2D prev_track;
+#ifdef DIFFUSE
+layout(binding = 8, rg32ui) uniform writeonly uimage2D out_track;
+#else
+layout(binding = 8, r32ui) uniform writeonly uimage2D out_track;
+#endif
+#endif
 
-/* Tried 0.1 to 1: more blurs normal-mapped walls under a moving camera, less makes heavy-tailed inputs noisier. */
-const float BEND_TOLERANCE = 0.3;
-const float LEAST_BEND = 1e-3;   /* 2.6 degrees: twice what the guide's normals resolve */
+#define FIRST (7 + 2 * HAS_SPECULAR)
+#ifdef DIFFUSE
+layout(binding = FIRST) uniform sampler2D in_diff;
+layout(binding = FIRST + 1) uniform sampler2D in_diff_confidence;
+layout(binding = FIRST + 2) uniform sampler2D diff_history;
+layout(binding = FIRST + 3) uniform sampler2D prev_diff_stabilized;
+layout(binding = FIRST + 4) uniform sampler2D prev_diff_tile;
+layout(binding = FIRST + 5, rgba16f) uniform writeonly image2D out_diff;
+layout(binding = FIRST + 6, rgba16f) uniform writeonly image2D out_diff_tile_raw;
+#endif
+#ifdef SPECULAR
+#define SECOND (FIRST + 7 * HAS_DIFFUSE)
+layout(binding = SECOND) uniform sampler2D in_spec;
+layout(binding = SECOND + 1) uniform sampler2D in_spec_confidence;
+layout(binding = SECOND + 2) uniform sampler2D spec_history;
+layout(binding = SECOND + 3) uniform sampler2D prev_spec_stabilized;
+layout(binding = SECOND + 4) uniform sampler2D prev_spec_tile;
+layout(binding = SECOND + 5, rgba16f) uniform writeonly image2D out_spec;
+layout(binding = SECOND + 6, rgba16f) uniform writeonly image2D out_spec_tile_raw;
+layout(binding = SECOND + 7) uniform sampler2D in_spec_unblurred;   /* hit distances of neighbours: in_spec may be out_spec */
+#endif
+
+vec4 gather_stabilized(int s, vec2 uv) { OF_SIGNAL(s, return textureGather(prev_diff_stabilized, uv, 0).wzxy, return textureGather(prev_spec_stabilized, uv, 0).wzxy) }
+vec4 load_history(int s, ivec2 p) { OF_SIGNAL(s, return texelFetch(diff_history, p, 0), return texelFetch(spec_history, p, 0)) }
+vec4 load_noisy(int s, ivec2 p) { OF_SIGNAL(s, return texelFetch(in_diff, p, 0), return texelFetch(in_spec, p, 0)) }
+float load_confidence(int s, vec2 uv) { OF_SIGNAL(s, return textureLod(in_diff_confidence, uv, 0.0).x, return textureLod(in_spec_confidence, uv, 0.0).x) }
+float load_change(int s, vec2 px, ivec2 rect) { OF_SIGNAL(s, return sample_tiles(prev_diff_tile, px, rect).x, return sample_tiles(prev_spec_tile, px, rect).x) }
+void store_color(int s, ivec2 p, vec4 v) { OF_SIGNAL(s, imageStore(out_diff, p, v), imageStore(out_spec, p, v)) }
+void store_tile(int s, ivec2 p, vec4 v) { OF_SIGNAL(s, imageStore(out_diff_tile_raw, p, v), imageStore(out_spec_tile_raw, p, v)) }
+
+#ifdef SPECULAR
+uvec4 gather_tracks_at(int s, uvec4 seconds, vec2 uv) { return s == 0 ? textureGather(prev_track, uv, 0).wzxy : textureGather(prev_track, uv, 1).wzxy; }
+#else
+uvec4 gather_tracks_at(int s, uvec4 seconds, vec2 uv) { return seconds; }
+#endif
+
+#include "reprojection.glsl"
+#ifdef SPECULAR
+#include "specular_motion.glsl"
+#endif
 
 /* Frames of history from which on a pixel has a say in whether lighting changed. 2 to 6 tried; below CHANGED_FRAMES, or a change silences its tile. */
 const float SETTLED_FRAMES = 4.0;
 
-shared vec4 s_sums[64];
-
-struct Reprojection {
-    vec2 uv;
-    vec3 position;   /* previous view space */
-    float tolerance; /* plane distance, units */
-};
-
-struct History {
-    vec4 color;      /* Y, Co, Cg, deviation of one sample's luma */
-    float frames;
-    float hit_dist;
-    float stabilized;
-    float bend;      /* 1 - cos of the mean angle to the normals of that history */
-};
-
-Reprojection reproject(ivec2 pixel, vec2 uv, float z, float signed_z)
-{
-    Reprojection r;
-    vec3 motion = texelFetch(in_motion, pixel + rect_origin(), 0).xyz * g.motion_scale.xyz;
-    vec3 position = view_position(uv, z, g.frustum, g.orthographic);
-    if ((g.motion_mode | opaque_zero()) == NRD_MOTION_WORLD) {
-        vec3 world = mat3(g.view_to_world) * position + motion;
-        r.position = (g.world_to_view_prev * vec4(world, 1.0)).xyz;
-        r.uv = project_prev(r.position);
-    } else {
-        r.uv = uv + motion.xy;
-        float still_z = (g.view_to_view_prev * vec4(position, 1.0)).z;   /* a static point's */
-        float z_prev = (g.motion_mode | opaque_zero()) == NRD_MOTION_2_5D ? abs(signed_z + motion.z) : still_z;
-        r.position = view_position(r.uv, z_prev, g.frustum_prev, g.orthographic_prev);
-    }
-    float threshold = g.disocclusion_threshold;
-    if ((SPEC_FEATURES & NRD_FEATURE_DISOCCLUSION_THRESHOLD_MIX) != 0 && has_flag(NRD_FLAG_DISOCCLUSION_MIX))
-        threshold = mix(threshold, g.disocclusion_threshold_alternate, texelFetch(in_threshold_mix, pixel, 0).x);
-    r.tolerance = plane_tolerance(threshold, z);
-    return r;
-}
-
-History no_history() { return History(vec4(0.0), 0.0, 0.0, 0.0, 0.0); }
-
-/* Bilinear weights of the 2 x 2 texels from base on, 0 where a texel is not the same surface: on its plane, same material. */
-vec4 footprint(Reprojection r, ivec2 base, vec2 f, uvec4 guides, vec3 normal_ws, uint material)
-{
-    vec2 size_prev = vec2(g.rect_width_prev, g.rect_height_prev);
-    Plane plane = make_plane(mat3(g.world_to_view_prev) * normal_ws, r.position, (vec2(base) + 0.5) / size_prev, 1.0 / size_prev, g.frustum_prev,
-                             g.orthographic_prev, 1.0 / r.tolerance, g.denoising_range_prev);
-    vec4 w = vec4((1.0 - f.x) * (1.0 - f.y), f.x * (1.0 - f.y), (1.0 - f.x) * f.y, f.x * f.y);
-    for (int i = 0; i < 4; i++) {
-        ivec2 offset = ivec2(i & 1, i >> 1);
-        bool inside = all(lessThan(uvec2(base + offset), uvec2(g.rect_width_prev, g.rect_height_prev)));
-        bool on_plane = abs(plane_distance(plane, vec2(offset), guide_relative_depth(guides[i]))) < 1.0;
-        if (!inside || !on_plane || guide_is_sky(guides[i]) || !same_material(guides[i] >> 30, material)) w[i] = 0.0;
-    }
-    return w;
-}
-
-/* What the previous frame knows of this surface. Custom bilinear: the texels of the footprint that are the same surface, renormalised. */
-History fetch_history(Reprojection r, vec3 normal_ws, uint material)
-{
-    vec2 position_px = r.uv * vec2(g.rect_width_prev, g.rect_height_prev), corner = floor(position_px - 0.5), f = position_px - 0.5 - corner;
-    vec2 uv = (corner + 1.0) / vec2(textureSize(prev_guide, 0));   /* where the four meet */
-    ivec2 base = ivec2(corner);
-    uvec4 guides = textureGather(prev_guide, uv, 0).wzxy, aux_texels = textureGather(prev_guide, uv, 1).wzxy;
-    vec4 stabilized = textureGather(prev_stabilized, uv, 0).wzxy;
-    vec4 w = footprint(r, base, f, guides, normal_ws, material);
-    float sum = w.x + w.y + w.z + w.w;
-    History h = no_history();
-    if (!(sum > 0.01)) return h;
-    w /= sum;
-    for (int i = 0; i < 4; i++) {
-        if (!(w[i] > 0.0)) continue;
-        Aux aux = unpack_aux(aux_texels[i]);
-        h.bend += w[i] * max(guide_bend(guides[i], normal_ws), 0.0);
-        h.frames += w[i] * aux.frames;
-        h.hit_dist += w[i] * aux.hit_dist;
-        h.stabilized += w[i] * stabilized[i];
-        h.color += w[i] * texelFetch(history, base + ivec2(i & 1, i >> 1), 0);
-    }
-    h.frames *= sqrt(sum);   /* part of the footprint is gone: the rest is stretched */
-    return h;
-}
+shared vec4 s_sums[SIGNALS][64];
 
 /* Where lighting changed last frame, history was rescaled then and counts as short now. */
-float shorten(float frames, vec2 uv_prev)
+float shorten(float frames, int signal, vec2 uv_prev)
 {
     ivec2 rect_prev = ivec2(g.rect_width_prev, g.rect_height_prev);
-    float change = has_flag(NRD_FLAG_TILE_HISTORY) ? sample_tiles(prev_tile, uv_prev * vec2(rect_prev), rect_prev).x : 0.0;
+    float change = has_flag(NRD_FLAG_TILE_HISTORY) ? load_change(signal, uv_prev * vec2(rect_prev), rect_prev) : 0.0;
     if ((SPEC_FEATURES & NRD_FEATURE_HISTORY_CONFIDENCE) != 0 && has_flag(NRD_FLAG_HISTORY_CONFIDENCE))
-        frames *= clamp(textureLod(in_confidence, uv_prev, 0.0).x, 0.0, 1.0);
+        frames *= clamp(load_confidence(signal, uv_prev), 0.0, 1.0);
     return mix(frames, min(frames, CHANGED_FRAMES), change);
-}
-
-/* History of a surface that faced another way (normal maps under motion) is biased; accept it only as long as its bias is below what
-   noise it removes: with relative variance V of a sample, V / frames of noise are left, against a relative bias that grows as the
-   square root of bend. Noisy inputs keep their history, clean ones keep their detail. */
-float bend_limit(History h)
-{
-    float relative_variance = (h.color.w * h.color.w + 1e-12) / (h.color.x * h.color.x + 1e-12);
-    return h.bend < LEAST_BEND ? 64.0 : max(BEND_TOLERANCE * relative_variance / h.bend, 1.0);
 }
 
 /* Welford's recurrence with the length as an effective one; sigma is the unbiased deviation of single samples. */
@@ -142,51 +92,97 @@ float update_sigma(float sigma, float delta, float frames)
     return sqrt(mix(sigma * sigma, variance, 1.0 / max(frames, 1.0)));
 }
 
-/* Returns what the pixel adds to its tile: (luma change, its expected square, luma, 1). The square is mostly the new sample's own, which
+vec4 sanitize(vec4 noisy)
+{
+    return nrd_is_finite(noisy.xyz) ? vec4(clamp(noisy.x, 0.0, 65504.0), clamp(noisy.yz, -65504.0, 65504.0), nrd_sanitize_norm_hit_dist(noisy.w)) : vec4(0.0);
+}
+
+/* What a pixel adds to its tile: (luma change, its expected square, luma, 1). The square is mostly the new sample's own, which
    follows a change at once; the history's part keeps skewed noise (rare bright samples) from looking like darkening. */
-vec4 accumulate(ivec2 pixel)
+vec4 tile_sample(History h, float delta)
+{
+    return h.frames > SETTLED_FRAMES ? vec4(delta, mix(delta * delta, h.color.w * h.color.w, 0.25), h.color.x, 1.0) : vec4(0.0);
+}
+
+/* Averages one signal into its history and stores the colour. noisy.w: what is tracked. Returns the track; h.frames is the new length. */
+uint accumulate(ivec2 pixel, int signal, vec4 noisy, inout History h, float random)
+{
+    float alpha = 1.0 / (1.0 + h.frames), delta = noisy.x - h.color.x;
+    store_color(signal, pixel, dither_to_half(vec4(mix(h.color.xyz, noisy.xyz, alpha), update_sigma(h.color.w, delta, h.frames)), random));
+    s_sums[signal][gl_LocalInvocationIndex] = tile_sample(h, delta);
+    float stabilized = h.frames > 0.0 ? h.stabilized : -1.0;
+    h.frames += 1.0;
+    return pack_track(Track(mix(h.hit_dist, noisy.w, alpha), stabilized), random);
+}
+
+void denoise(ivec2 pixel)
 {
     float signed_z = in_rect(pixel) ? texelFetch(in_view_z, pixel + rect_origin(), 0).x * g.view_z_scale : 0.0, z = abs(signed_z);
-    if (!in_rect(pixel)) return vec4(0.0);
+    for (int s = 0; s < SIGNALS; s++) s_sums[s][gl_LocalInvocationIndex] = vec4(0.0);
+    if (!in_rect(pixel)) return;
     if (is_sky(signed_z)) {
         imageStore(out_guide, pixel, uvec4(GUIDE_SKY, 0u, 0u, 0u));
-        return vec4(0.0);
+        return;
     }
     nrd_surface surface = nrd_decode_normal_roughness(texelFetch(in_normal_roughness, pixel + rect_origin(), 0), SPEC_NORMAL_FORMAT, SPEC_ROUGHNESS_FORMAT);
-    vec4 noisy = texelFetch(in_radiance_hit_dist, pixel, 0);
-    noisy = nrd_is_finite(noisy.xyz) ? vec4(clamp(noisy.x, 0.0, 65504.0), clamp(noisy.yz, -65504.0, 65504.0), nrd_sanitize_norm_hit_dist(noisy.w)) : vec4(0.0);
-    History h = no_history();
-    Reprojection r = reproject(pixel, pixel_uv(pixel), z, signed_z);
-    if (!is_reset()) h = fetch_history(r, surface.normal, surface.material_id);
-    if (h.frames > 0.0) h.frames = min(min(shorten(h.frames, r.uv), bend_limit(h)), g.max_accumulated_frames);
-
-    float alpha = 1.0 / (1.0 + h.frames), delta = noisy.x - h.color.x;
-    vec4 color = vec4(mix(h.color.xyz, noisy.xyz, alpha), update_sigma(h.color.w, delta, h.frames));
-    Aux aux = Aux(min(h.frames + 1.0, 63.75), mix(h.hit_dist, noisy.w, alpha), h.frames > 0.0 ? h.stabilized : -1.0);
     float random = (float(hash(uint(pixel.x), uint(pixel.y), g.frame_index) >> 24) + 0.5) / 256.0;
-    imageStore(out_color, pixel, dither_to_half(color, random));
-    imageStore(out_guide, pixel, uvec4(guide_pack(z, surface.normal, surface.material_id), pack_aux(aux, random), 0u, 0u));
-        return h.frames > SETTLED_FRAMES ? vec4(delta, mix(delta * delta, h.color.w * h.color.w, 0.25), h.color.x, 1.0) : vec4(0.0);
+    Reprojection r = reproject(pixel, pixel_uv(pixel), z, signed_z);
+    Footprint f = fetch_footprint(r.uv);
+    if (is_reset()) f.weights = vec4(0.0);
+    else weigh_surface(f, r.position, surface.normal, surface.material_id, r.tolerance);
+    uvec2 guide = uvec2(guide_pack(z, surface.normal, surface.material_id), 0u);
+#ifdef DIFFUSE
+    History diffuse = fetch_history(f, f.weights, 0, surface.normal);
+    if (diffuse.frames > 0.0) diffuse.frames = min(min(shorten(diffuse.frames, 0, r.uv), bend_limit(diffuse, 1.0)), g.max_accumulated_frames);
+    uint track = accumulate(pixel, 0, sanitize(load_noisy(0, pixel)), diffuse, random);
+    guide.y = pack_frames(diffuse.frames);
+#ifndef SPECULAR
+    guide.y |= track;
+#endif
+#endif
+#ifdef SPECULAR
+    vec2 uv_history;
+    Tracking tracking = find_tracking(pixel, surface.normal, surface.roughness);
+    History specular = find_specular_history(pixel, z, r, f, surface, tracking, uv_history);
+    if (specular.frames > 0.0) specular.frames = min(shorten(specular.frames, SPECULAR_SIGNAL, uv_history), g.max_accumulated_frames);
+    specular.hit_dist = tracking.q;   /* as measured: its average would follow a change of what is reflected too late */
+    vec4 noisy = sanitize(load_noisy(SPECULAR_SIGNAL, pixel));
+    uint spec_track = accumulate(pixel, SPECULAR_SIGNAL, vec4(noisy.xyz, tracking.q), specular, random);
+    guide.y |= (pack_frames(specular.frames) << (8 * SPECULAR_SIGNAL)) | (uint(surface.roughness * 255.0 + 0.5) << 16) | guide_pack_fine(surface.normal);
+#ifdef DIFFUSE
+    imageStore(out_track, pixel, uvec4(track, spec_track, 0u, 0u));
+#else
+    imageStore(out_track, pixel, uvec4(spec_track, 0u, 0u, 0u));
+#endif
+#endif
+    imageStore(out_guide, pixel, uvec4(guide, 0u, 0u));
 }
 
 /* Mean of the 8 x 8 pixels; the square as a root, so that it fits 16 bits. */
-void write_tile(vec4 mine)
+void write_tiles()
 {
     uint i = gl_LocalInvocationIndex;
-    s_sums[i] = mine;
     barrier();
-    if (i < 8u) {
+    for (int s = 0; s < SIGNALS && i < 8u; s++) {
         vec4 row = vec4(0.0);
-        for (uint k = 0u; k < 8u; k++) row += s_sums[i + 8u * k];
-        s_sums[i] = row;
+        for (uint k = 0u; k < 8u; k++) row += s_sums[s][i + 8u * k];
+        s_sums[s][i] = row;
     }
     barrier();
-    if (i != 0u) return;
-    vec4 sum = vec4(0.0);
-    for (uint k = 0u; k < 8u; k++) sum += s_sums[k];
-    float n = max(sum.w, 1.0);
-    vec4 mean = vec4(clamp(sum.x / n, -65504.0, 65504.0), min(sqrt(sum.y / n), 65504.0), min(sum.z / n, 65504.0), sum.w);
-    imageStore(out_tile_raw, ivec2(gl_WorkGroupID.xy), nrd_round_to_half(mean));
+    for (int s = 0; s < SIGNALS && i == 0u; s++) {
+        vec4 sum = vec4(0.0);
+        for (uint k = 0u; k < 8u; k++) sum += s_sums[s][k];
+        float n = max(sum.w, 1.0);
+        vec4 mean = vec4(clamp(sum.x / n, -65504.0, 65504.0), min(sqrt(sum.y / n), 65504.0), min(sum.z / n, 65504.0), sum.w);
+        store_tile(s, ivec2(gl_WorkGroupID.xy), nrd_round_to_half(mean));
+    }
 }
 
-void main() { write_tile(accumulate(ivec2(gl_GlobalInvocationID.xy))); }
+void main()
+{
+#ifdef SPECULAR
+    load_neighbourhood();
+#endif
+    denoise(ivec2(gl_GlobalInvocationID.xy));
+    write_tiles();
+}

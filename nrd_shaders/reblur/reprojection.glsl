@@ -1,0 +1,115 @@
+/* Where a surface was in the previous frame, and what that frame knows of it. Used by temporal accumulation, which binds the textures. */
+#ifndef REPROJECTION_GLSL
+#define REPROJECTION_GLSL
+
+struct Reprojection {
+    vec2 uv;
+    vec3 position;   /* previous view space */
+    float tolerance; /* plane distance, units */
+};
+
+struct History {
+    vec4 color;      /* Y, Co, Cg, deviation of one sample's luma */
+    float frames;
+    float hit_dist;
+    float stabilized;
+    float bend;      /* 1 - cos of the mean angle to the normals of that history */
+};
+
+/* 2 x 2 texels of the previous frame. */
+struct Footprint {
+    ivec2 base;
+    vec2 fraction, corner_uv;   /* corner: where the four meet */
+    uvec4 guides, seconds;      /* the two words of the guide texels */
+    vec4 weights;               /* 0 where a texel is not the same surface */
+};
+
+Reprojection reproject(ivec2 pixel, vec2 uv, float z, float signed_z)
+{
+    Reprojection r;
+    vec3 motion = texelFetch(in_motion, pixel + rect_origin(), 0).xyz * g.motion_scale.xyz;
+    vec3 position = view_position(uv, z, g.frustum, g.orthographic);
+    if ((g.motion_mode | opaque_zero()) == NRD_MOTION_WORLD) {
+        vec3 world = mat3(g.view_to_world) * position + motion;
+        r.position = (g.world_to_view_prev * vec4(world, 1.0)).xyz;
+        r.uv = project_prev(r.position);
+    } else {
+        r.uv = uv + motion.xy;
+        float still_z = (g.view_to_view_prev * vec4(position, 1.0)).z;   /* a static point's */
+        float z_prev = (g.motion_mode | opaque_zero()) == NRD_MOTION_2_5D ? abs(signed_z + motion.z) : still_z;
+        r.position = view_position(r.uv, z_prev, g.frustum_prev, g.orthographic_prev);
+    }
+    float threshold = g.disocclusion_threshold;
+    if ((SPEC_FEATURES & NRD_FEATURE_DISOCCLUSION_THRESHOLD_MIX) != 0 && has_flag(NRD_FLAG_DISOCCLUSION_MIX))
+        threshold = mix(threshold, g.disocclusion_threshold_alternate, texelFetch(in_threshold_mix, pixel, 0).x);
+    r.tolerance = plane_tolerance(threshold, z);
+    return r;
+}
+
+vec2 size_prev_px() { return vec2(g.rect_width_prev, g.rect_height_prev); }
+
+Footprint fetch_footprint(vec2 uv_prev)
+{
+    Footprint f;
+    vec2 position_px = uv_prev * size_prev_px(), corner = floor(position_px - 0.5);
+    f.fraction = position_px - 0.5 - corner;
+    f.corner_uv = (corner + 1.0) / vec2(textureSize(prev_guide, 0));
+    f.base = ivec2(corner);
+    f.guides = textureGather(prev_guide, f.corner_uv, 0).wzxy;
+    f.seconds = textureGather(prev_guide, f.corner_uv, 1).wzxy;
+    f.weights = vec4(0.0);
+    return f;
+}
+
+/* Bilinear weights, 0 where a texel is off the plane through a point (previous view space), of another material or outside. */
+void weigh_surface(inout Footprint f, vec3 point_vs, vec3 normal_ws, uint material, float tolerance)
+{
+    vec2 size_prev = size_prev_px(), a = f.fraction;
+    Plane plane = make_plane(mat3(g.world_to_view_prev) * normal_ws, point_vs, (vec2(f.base) + 0.5) / size_prev, 1.0 / size_prev, g.frustum_prev,
+                             g.orthographic_prev, 1.0 / tolerance, g.denoising_range_prev);
+    f.weights = vec4((1.0 - a.x) * (1.0 - a.y), a.x * (1.0 - a.y), (1.0 - a.x) * a.y, a.x * a.y);
+    for (int i = 0; i < 4; i++) {
+        ivec2 offset = ivec2(i & 1, i >> 1);
+        bool inside = all(lessThan(uvec2(f.base + offset), uvec2(g.rect_width_prev, g.rect_height_prev)));
+        bool on_plane = abs(plane_distance(plane, vec2(offset), guide_relative_depth(f.guides[i]))) < 1.0;
+        if (!inside || !on_plane || guide_is_sky(f.guides[i]) || !same_material(f.guides[i] >> 30, material)) f.weights[i] = 0.0;
+    }
+}
+
+History no_history() { return History(vec4(0.0), 0.0, 0.0, 0.0, 0.0); }
+
+/* Custom bilinear: the texels of the footprint that are the same surface, renormalised. */
+History fetch_history(Footprint f, vec4 weights, int signal, vec3 normal_ws)
+{
+    float sum = weights.x + weights.y + weights.z + weights.w;
+    History h = no_history();
+    if (!(sum > 0.01)) return h;
+    uvec4 tracks = gather_tracks_at(signal, f.seconds, f.corner_uv);
+    vec4 stabilized = gather_stabilized(signal, f.corner_uv), w = weights / sum;
+    for (int i = 0; i < 4; i++) {
+        if (!(w[i] > 0.0)) continue;
+        Track track = unpack_track(tracks[i]);
+        h.bend += w[i] * max(guide_bend(f.guides[i], normal_ws), 0.0);
+        h.frames += w[i] * guide_frames(uvec2(0u, f.seconds[i]), signal);
+        h.hit_dist += w[i] * track.hit_dist;
+        h.stabilized += w[i] * stabilized[i];
+        h.color += w[i] * load_history(signal, f.base + ivec2(i & 1, i >> 1));
+    }
+    h.frames *= sqrt(min(sum, 1.0));   /* part of the footprint is gone: the rest is stretched */
+    return h;
+}
+
+/* Tried 0.1 to 1: more blurs normal-mapped walls under a moving camera, less makes heavy-tailed inputs noisier. */
+const float BEND_TOLERANCE = 0.3;
+const float LEAST_BEND = 1e-3;   /* 2.6 degrees: twice what the guide's normals resolve */
+
+/* History of a surface that faced another way (normal maps under motion) is biased; accept it only as long as its bias is below what
+   noise it removes: with relative variance V of a sample, V / frames of noise are left, against a relative bias that grows as the
+   square root of bend. Noisy inputs keep their history, clean ones keep their detail. lobe: its squared width, 1 for diffuse. */
+float bend_limit(History h, float lobe)
+{
+    float relative_variance = (h.color.w * h.color.w + 1e-12) / (h.color.x * h.color.x + 1e-12);
+    return h.bend < LEAST_BEND ? 64.0 : max(BEND_TOLERANCE * relative_variance * lobe / h.bend, 1.0);
+}
+
+#endif

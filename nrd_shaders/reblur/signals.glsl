@@ -1,0 +1,81 @@
+/* Which signals a pass works on: built with -DDIFFUSE, -DSPECULAR or both. Arrays over signals have diffuse first. */
+#ifndef SIGNALS_GLSL
+#define SIGNALS_GLSL
+
+#if defined(DIFFUSE) && defined(SPECULAR)
+const int SIGNALS = 2;
+#else
+const int SIGNALS = 1;
+#endif
+#ifdef SPECULAR
+const int SPECULAR_SIGNAL = SIGNALS - 1;
+#else
+const int SPECULAR_SIGNAL = -1;
+#endif
+
+/* For binding numbers: what is common to the signals comes first, then the bindings of the diffuse signal, then those of the specular. */
+#ifdef DIFFUSE
+#define HAS_DIFFUSE 1
+#else
+#define HAS_DIFFUSE 0
+#endif
+#ifdef SPECULAR
+#define HAS_SPECULAR 1
+#else
+#define HAS_SPECULAR 0
+#endif
+
+/* Code for the textures of one signal. */
+#if defined(DIFFUSE) && defined(SPECULAR)
+#define OF_SIGNAL(s, diffuse, specular) if (s == SPECULAR_SIGNAL) { specular; } else { diffuse; }
+#elif defined(DIFFUSE)
+#define OF_SIGNAL(s, diffuse, specular) diffuse;
+#else
+#define OF_SIGNAL(s, diffuse, specular) specular;
+#endif
+
+/* The track of a signal, and what the specular signal tracks; the pass binds in_track. */
+#ifdef SPECULAR
+#define TRACK_WORD(pixel, guide, s) texelFetch(in_track, pixel, 0)[s]
+#define TRACKED(pixel) unpack_track(texelFetch(in_track, pixel, 0)[SPECULAR_SIGNAL]).hit_dist
+#else
+#define TRACK_WORD(pixel, guide, s) (guide).y
+#define TRACKED(pixel) 0.0
+#endif
+
+/* The second word of the guide texel.
+   Diffuse alone: bits 0-7 history length, 8-31 the track.
+   With specular: bits 0-7 and 8-15 history lengths (diffuse first), 16-23 roughness, 24-31 fine bits of the normal; the tracks are in
+   a texture of their own, one word a signal.
+   A track: bits 8-15 hit distance, 16-31 stabilised luma of the previous frame, reprojected. */
+struct Track {
+    float hit_dist;    /* diffuse: normalised; specular: hit distance / (hit distance + distance to the camera) */
+    float stabilized;
+};
+
+/* random: [0, 1), decides the rounding of the hit distance, so that its average survives 8 bits. */
+uint pack_track(Track t, float random)
+{
+    uint hit_dist = uint(clamp(t.hit_dist * 255.0 + random, 0.0, 255.0));
+    return (hit_dist << 8) | (packHalf2x16(round_half(vec4(0.0, t.stabilized, 0.0, 0.0)).xy) & 0xffff0000u);
+}
+
+Track unpack_track(uint t) { return Track(float((t >> 8) & 255u) / 255.0, unpackHalf2x16(t).y); }
+
+/* History lengths in quarter frames, [0, 63.75]. */
+uint pack_frames(float frames) { return uint(clamp(frames, 0.0, 63.75) * 4.0 + 0.5); }
+float guide_frames(uvec2 guide, int signal) { return float((guide.y >> (8 * signal)) & 255u) * 0.25; }
+
+float guide_roughness(uvec2 guide) { return float((guide.y >> 16) & 255u) / 255.0; }
+
+float distance_to_camera(vec2 uv, float z) { return mix(length(view_position(uv, z, g.frustum, g.orthographic)), z, g.orthographic); }
+
+/* Width in pixels of what a specular lobe sees: alpha * hit / (hit + distance) / angle of a pixel. Every tolerance of the specular signal
+   is a multiple of it. tracked: Track.hit_dist. */
+float lobe_footprint(float alpha, float tracked, float z, vec2 uv)
+{
+    float reach = distance_to_camera(uv, z) * (g.orthographic > 0.5 ? tracked / max(1.0 - tracked, 1e-3) : tracked);
+    return alpha * reach / pixel_size(z);
+}
+
+#endif
