@@ -118,6 +118,7 @@ static bool run_frame(uint32_t index)
     nrd_vk_image shared[NRD_RESOURCE_COUNT];
     uint32_t count = 0;
     images[NRD_RESOURCE_IN_DIFF_RADIANCE_HITDIST] = images[NRD_RESOURCE_IN_SIGNAL] = noise[index % NOISES];
+    images[NRD_RESOURCE_IN_SPEC_RADIANCE_HITDIST] = noise[(index + 1) % NOISES];
     for (uint32_t r = 0; r < NRD_RESOURCE_COUNT; r++) {
         gpu_image *i = &images[r];
         if (i->image && nrd_uses_resource(denoiser, (nrd_resource)r)) shared[count++] = (nrd_vk_image){ (nrd_resource)r, i->image, i->view, i->format, i->width, i->height, i->layout, i->layout, 0, 0 };
@@ -209,7 +210,7 @@ static void clean_up(void)
 {
     nrd_vk_destroy(denoiser_vk);
     nrd_destroy(denoiser);
-    images[NRD_RESOURCE_IN_DIFF_RADIANCE_HITDIST] = images[NRD_RESOURCE_IN_SIGNAL] = (gpu_image){ 0 };
+    images[NRD_RESOURCE_IN_DIFF_RADIANCE_HITDIST] = images[NRD_RESOURCE_IN_SPEC_RADIANCE_HITDIST] = images[NRD_RESOURCE_IN_SIGNAL] = (gpu_image){ 0 };
     for (uint32_t r = 0; r < NRD_RESOURCE_COUNT; r++) gpu_image_destroy(&g, &images[r]);
     for (uint32_t i = 0; i < NOISES; i++) gpu_image_destroy(&g, &noise[i]);
     gpu_close(&g);

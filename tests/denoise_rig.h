@@ -10,6 +10,17 @@
 #include "common/pack.h"
 #include "frame_fixture.h"
 
+/* Which signal of a REBLUR denoiser the rig feeds and looks at. */
+#ifdef RIG_SPECULAR
+#define RIG_DENOISER NRD_DENOISER_REBLUR_SPECULAR
+#define RIG_RADIANCE NRD_RESOURCE_IN_SPEC_RADIANCE_HITDIST
+#define RIG_OUT NRD_RESOURCE_OUT_SPEC_RADIANCE_HITDIST
+#else
+#define RIG_DENOISER NRD_DENOISER_REBLUR_DIFFUSE
+#define RIG_RADIANCE NRD_RESOURCE_IN_DIFF_RADIANCE_HITDIST
+#define RIG_OUT NRD_RESOURCE_OUT_DIFF_RADIANCE_HITDIST
+#endif
+
 enum { RIG_IDENTIFIER = 7 };
 #define RIG_RANGE 1000.0f /* denoising range */
 #define RIG_SKY 5000.0f
@@ -64,7 +75,7 @@ static inline VkFormat rig_format(nrd_resource resource)
     case NRD_RESOURCE_IN_MV: return VK_FORMAT_R32G32B32A32_SFLOAT;
     case NRD_RESOURCE_IN_NORMAL_ROUGHNESS: return VK_FORMAT_A2B10G10R10_UNORM_PACK32;
     case NRD_RESOURCE_IN_VIEWZ: return VK_FORMAT_R32_SFLOAT;
-    case NRD_RESOURCE_IN_DIFF_RADIANCE_HITDIST: return VK_FORMAT_R16G16B16A16_SFLOAT;
+    case RIG_RADIANCE: return VK_FORMAT_R16G16B16A16_SFLOAT;
     case NRD_RESOURCE_IN_SIGNAL: return VK_FORMAT_R32G32B32A32_SFLOAT;
     default: return nrd_vk_format(nrd_resource_format(resource));
     }
@@ -168,7 +179,7 @@ static inline void rig_upload(rig *r)
 {
     const struct { nrd_resource resource; const void *texels; } rows[] = {
         { NRD_RESOURCE_IN_MV, r->mv }, { NRD_RESOURCE_IN_VIEWZ, r->view_z }, { NRD_RESOURCE_IN_NORMAL_ROUGHNESS, r->normal },
-        { NRD_RESOURCE_IN_DIFF_RADIANCE_HITDIST, r->noisy }, { NRD_RESOURCE_IN_SIGNAL, r->signal },
+        { RIG_RADIANCE, r->noisy }, { NRD_RESOURCE_IN_SIGNAL, r->signal },
     };
     for (size_t i = 0; i < sizeof rows / sizeof rows[0]; i++)
         if (r->images[rows[i].resource].view) assert_true(gpu_upload(r->device, &r->images[rows[i].resource], rows[i].texels));
@@ -192,7 +203,7 @@ static inline void rig_run(rig *r, bool upload)
     r->frame.rect_height = r->rect_height;
     r->frame.rect_origin_x = r->origin_x;
     r->frame.rect_origin_y = r->origin_y;
-    if (r->images[NRD_RESOURCE_OUT_DIFF_RADIANCE_HITDIST].view) assert_int_equal(nrd_set_settings(r->instance, RIG_IDENTIFIER, &r->settings), NRD_RESULT_OK);
+    if (r->images[RIG_OUT].view) assert_int_equal(nrd_set_settings(r->instance, RIG_IDENTIFIER, &r->settings), NRD_RESULT_OK);
     assert_int_equal(nrd_set_frame(r->instance, &r->frame), NRD_RESULT_OK);
     VkCommandBuffer cmd = gpu_begin(r->device);
     assert_int_equal(nrd_vk_record(r->vk, cmd, &frame), NRD_RESULT_OK);
@@ -203,7 +214,7 @@ static inline void rig_run(rig *r, bool upload)
 
 static inline void rig_download(rig *r)
 {
-    if (r->images[NRD_RESOURCE_OUT_DIFF_RADIANCE_HITDIST].view) assert_true(gpu_download(r->device, &r->images[NRD_RESOURCE_OUT_DIFF_RADIANCE_HITDIST], r->out));
+    if (r->images[RIG_OUT].view) assert_true(gpu_download(r->device, &r->images[RIG_OUT], r->out));
     if (r->images[NRD_RESOURCE_OUT_SIGNAL].view) assert_true(gpu_download(r->device, &r->images[NRD_RESOURCE_OUT_SIGNAL], r->mean));
 }
 

@@ -185,7 +185,7 @@ static int32_t half_steps(uint16_t a, uint16_t b)
 static void assert_stays(texel t)
 {
     rig r;
-    rig_open(&r, &device, NRD_DENOISER_REBLUR_DIFFUSE, 40, 32, tilted_wall);
+    rig_open(&r, &device, RIG_DENOISER, 40, 32, tilted_wall);
     rig_put_guides(&r);
     put_constant(&r, t);
     for (uint32_t frame = 0; frame < 200; frame++) {
@@ -243,7 +243,7 @@ static void assert_mean_is_kept(float (*noise)(uint32_t, uint32_t, uint32_t), fl
     double sums[3] = { 0 };
     static const double expected[3] = { 1, 0.2, -0.1 };
     rig r;
-    rig_open(&r, &device, NRD_DENOISER_REBLUR_DIFFUSE, 2 * WIDTH, 2 * HEIGHT, tilted_wall);
+    rig_open(&r, &device, RIG_DENOISER, 2 * WIDTH, 2 * HEIGHT, tilted_wall);
     r.settings.history_fix_frames = history_fix_frames;
     rig_put_guides(&r);
     for (uint32_t frame = 0; frame < FRAMES; frame++) {
@@ -285,7 +285,7 @@ static double leak(scene *what, uint32_t min_material, float history_fix_frames,
     static const float values[2] = { 0.25f, 1.25f };   /* exact in half, where a step at 1.25 is just below 1e-3 */
     double largest = 0;
     rig r;
-    rig_open(&r, &device, NRD_DENOISER_REBLUR_DIFFUSE, WIDTH, HEIGHT, what);
+    rig_open(&r, &device, RIG_DENOISER, WIDTH, HEIGHT, what);
     r.settings.min_material_for_diffuse = min_material;
     r.settings.history_fix_frames = history_fix_frames;
     rig_put_guides(&r);
@@ -334,8 +334,8 @@ static void two_runs_are_identical_to_the_bit(void **state)
 {
     rig a, b;
     (void)state;
-    rig_open(&a, &device, NRD_DENOISER_REBLUR_DIFFUSE, WIDTH, HEIGHT, wall_and_sky);
-    rig_open(&b, &device, NRD_DENOISER_REBLUR_DIFFUSE, WIDTH, HEIGHT, wall_and_sky);
+    rig_open(&a, &device, RIG_DENOISER, WIDTH, HEIGHT, wall_and_sky);
+    rig_open(&b, &device, RIG_DENOISER, WIDTH, HEIGHT, wall_and_sky);
     for (uint32_t frame = 0; frame < 12; frame++) {
         a.camera.position[0] = b.camera.position[0] = 0.03 * frame;
         a.camera.yaw = b.camera.yaw = 0.01 * frame;
@@ -368,8 +368,8 @@ static void bad_pixels_count_as_black_and_leave_no_trace(void **state)
 {
     rig bad, good;
     (void)state;
-    rig_open(&bad, &device, NRD_DENOISER_REBLUR_DIFFUSE, WIDTH, HEIGHT, tilted_wall);
-    rig_open(&good, &device, NRD_DENOISER_REBLUR_DIFFUSE, WIDTH, HEIGHT, tilted_wall);
+    rig_open(&bad, &device, RIG_DENOISER, WIDTH, HEIGHT, tilted_wall);
+    rig_open(&good, &device, RIG_DENOISER, WIDTH, HEIGHT, tilted_wall);
     rig_put_guides(&bad);
     rig_put_guides(&good);
     for (uint32_t frame = 0; frame < 10; frame++) {
@@ -399,8 +399,8 @@ static void whatever_the_sky_holds_has_no_effect(void **state)
 {
     rig bad, good;
     (void)state;
-    rig_open(&bad, &device, NRD_DENOISER_REBLUR_DIFFUSE, WIDTH, HEIGHT, wall_and_sky);
-    rig_open(&good, &device, NRD_DENOISER_REBLUR_DIFFUSE, WIDTH, HEIGHT, wall_and_sky);
+    rig_open(&bad, &device, RIG_DENOISER, WIDTH, HEIGHT, wall_and_sky);
+    rig_open(&good, &device, RIG_DENOISER, WIDTH, HEIGHT, wall_and_sky);
     for (uint32_t frame = 0; frame < 8; frame++) {
         bad.camera.pitch = good.camera.pitch = 0.01 * frame;
         rig_put_guides(&bad);
@@ -419,8 +419,8 @@ static void nothing_outside_the_rectangle_has_an_effect(void **state)
 {
     rig bad, good;
     (void)state;
-    rig_open(&bad, &device, NRD_DENOISER_REBLUR_DIFFUSE, WIDTH, HEIGHT, tilted_wall);
-    rig_open(&good, &device, NRD_DENOISER_REBLUR_DIFFUSE, WIDTH, HEIGHT, tilted_wall);
+    rig_open(&bad, &device, RIG_DENOISER, WIDTH, HEIGHT, tilted_wall);
+    rig_open(&good, &device, RIG_DENOISER, WIDTH, HEIGHT, tilted_wall);
     bad.rect_width = good.rect_width = 43;
     bad.rect_height = good.rect_height = 30;
     for (uint32_t i = 0; i < WIDTH * HEIGHT; i++) if (i % WIDTH >= 43 || i / WIDTH >= 30) poison(&bad, i % WIDTH, i / WIDTH, true);
@@ -440,7 +440,7 @@ static void extreme_radiance_stays_finite(void **state)
     static const texel extremes[] = { { 65504, 65504, -65504, 1 }, { 6e-8f, -6e-8f, 6e-8f, 6e-8f }, { 65504, 0, 0, 0 }, { 0, 0, 0, 1 }, { -65504, 65504, 65504, -1 } };
     rig r;
     (void)state;
-    rig_open(&r, &device, NRD_DENOISER_REBLUR_DIFFUSE, WIDTH, HEIGHT, tilted_wall);
+    rig_open(&r, &device, RIG_DENOISER, WIDTH, HEIGHT, tilted_wall);
     rig_put_guides(&r);
     for (uint32_t frame = 0; frame < 100; frame++) {
         for (uint32_t i = 0; i < WIDTH * HEIGHT; i++)
@@ -458,7 +458,7 @@ static void after_a_jump_nothing_is_left_of_the_old_content(void **state)
 {
     rig r;
     (void)state;
-    rig_open(&r, &device, NRD_DENOISER_REBLUR_DIFFUSE, WIDTH, HEIGHT, jump);
+    rig_open(&r, &device, RIG_DENOISER, WIDTH, HEIGHT, jump);
     for (uint32_t frame = 0; frame < JUMP + 4; frame++) {
         rig_put_guides(&r);
         put_constant(&r, frame < JUMP ? (texel){ 50, 10, -10, 1 } : (texel){ 0.1f, 0, 0, 0.1f });
@@ -478,7 +478,7 @@ static void what_a_moving_object_uncovers_shows_no_trace_of_it(void **state)
     rig r;
     double largest[2] = { 0, 0 };
     (void)state;
-    rig_open(&r, &device, NRD_DENOISER_REBLUR_DIFFUSE, WIDTH, HEIGHT, sliding_square);
+    rig_open(&r, &device, RIG_DENOISER, WIDTH, HEIGHT, sliding_square);
     for (uint32_t frame = 0; frame < 16; frame++) {
         rig_put_guides(&r);
         put_regions(&r, values[0], values[1]);
@@ -507,7 +507,7 @@ static void assert_history_grows(scene *what, double pan, bool noisy)
 {
     const uint32_t most = 8;
     rig r;
-    rig_open(&r, &device, NRD_DENOISER_REBLUR_DIFFUSE, WIDTH, HEIGHT, what);
+    rig_open(&r, &device, RIG_DENOISER, WIDTH, HEIGHT, what);
     r.settings.return_history_length_instead_of_occlusion = 1;
     r.settings.max_accumulated_frames = (float)most;
     for (uint32_t frame = 0; frame < 14; frame++) {
@@ -551,7 +551,7 @@ static void a_new_instance_and_a_restart_begin_with_one_frame(void **state)
 {
     rig r;
     (void)state;
-    rig_open(&r, &device, NRD_DENOISER_REBLUR_DIFFUSE, WIDTH, HEIGHT, facing_wall);
+    rig_open(&r, &device, RIG_DENOISER, WIDTH, HEIGHT, facing_wall);
     r.settings.return_history_length_instead_of_occlusion = 1;
     for (uint32_t frame = 0; frame < 8; frame++) {
         r.frame.restart = frame == 5;
@@ -567,7 +567,7 @@ static uint32_t frames_until_followed(float from, float to)
     uint32_t frames = 0;
     double mean;
     rig r;
-    rig_open(&r, &device, NRD_DENOISER_REBLUR_DIFFUSE, WIDTH, HEIGHT, tilted_wall);
+    rig_open(&r, &device, RIG_DENOISER, WIDTH, HEIGHT, tilted_wall);
     rig_put_guides(&r);
     put_constant(&r, (texel){ from, 0, 0, 0.5f });
     for (uint32_t frame = 0; frame < 40; frame++) rig_run(&r, frame == 0);
@@ -600,7 +600,7 @@ static void a_small_change_is_followed_to_its_end(void **state)
     static const float levels[] = { 1.0f, 1.0625f, 1.0f, 0.96875f };
     rig r;
     (void)state;
-    rig_open(&r, &device, NRD_DENOISER_REBLUR_DIFFUSE, 40, 32, facing_wall);
+    rig_open(&r, &device, RIG_DENOISER, 40, 32, facing_wall);
     r.settings.antilag_sensitivity = 0;   /* by averaging alone */
     rig_put_guides(&r);
     for (size_t k = 0; k < sizeof levels / sizeof levels[0]; k++) {
@@ -628,7 +628,7 @@ static void everything_else(rig *r) { right_handed(r), vulkan_clip(r), reversed_
 /* A camera that walks and turns in front of a wall with a strip of sky; ends with the output of the last frame. */
 static void walk(rig *r, variation *vary, double turn)
 {
-    rig_open(r, &device, NRD_DENOISER_REBLUR_DIFFUSE, WIDTH, HEIGHT, wall_and_sky);
+    rig_open(r, &device, RIG_DENOISER, WIDTH, HEIGHT, wall_and_sky);
     vary(r);
     for (uint32_t frame = 0; frame < 10; frame++) {
         r->camera.position[0] = 0.05 * frame;
@@ -682,8 +682,8 @@ static void reversed_and_infinite_projections_give_the_same_picture(void **state
 static void assert_rectangle(uint32_t origin_x, uint32_t origin_y, double pan, double tolerance)
 {
     rig small, large;
-    rig_open(&small, &device, NRD_DENOISER_REBLUR_DIFFUSE, WIDTH / 2, HEIGHT / 2, tilted_wall);
-    rig_open(&large, &device, NRD_DENOISER_REBLUR_DIFFUSE, WIDTH, HEIGHT, tilted_wall);
+    rig_open(&small, &device, RIG_DENOISER, WIDTH / 2, HEIGHT / 2, tilted_wall);
+    rig_open(&large, &device, RIG_DENOISER, WIDTH, HEIGHT, tilted_wall);
     small.settings.max_blur_radius *= 0.5f;
     large.rect_width = WIDTH / 2;
     large.rect_height = HEIGHT / 2;

@@ -48,11 +48,11 @@ vec3 guide_direction(uint code)
     return vec3(oct.x + (oct.x >= 0.0 ? -fold : fold), oct.y + (oct.y >= 0.0 ? -fold : fold), z);
 }
 
-/* The same with the fine bits. */
+/* The same with the fine bits, which continue those of the coarse ones in the fraction. */
 vec3 guide_fine_direction(uvec2 guide)
 {
-    vec2 coarse = vec2((guide.x >> 16) & 127u, (guide.x >> 23) & 127u), fine = vec2((guide.y >> 24) & 15u, guide.y >> 28);
-    vec2 oct = (coarse + fine / 16.0 - 63.5) / 63.0;
+    uvec2 bits = uvec2(guide.x & 0x7f0000u, (guide.x >> 7) & 0x7f0000u) | ((uvec2(guide.y >> 12, guide.y >> 16) & 0xf000u));
+    vec2 oct = uintBitsToFloat(bits | 0x3f800000u) * (128.0 / 63.0) - (128.0 / 63.0 + 63.5 / 63.0);
     float z = 1.0 - abs(oct.x) - abs(oct.y), fold = max(-z, 0.0);
     return vec3(oct.x + (oct.x >= 0.0 ? -fold : fold), oct.y + (oct.y >= 0.0 ? -fold : fold), z);
 }

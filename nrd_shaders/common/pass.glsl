@@ -2,6 +2,9 @@
 #ifndef PASS_GLSL
 #define PASS_GLSL
 
+#extension GL_EXT_control_flow_attributes : require   /* of the compiler alone: a hint */
+#define UNROLL [[unroll]]
+
 #include "nrd_shared.glsl"
 #include "../nrd.glsl"
 

@@ -33,17 +33,17 @@ void atrous(Center c, inout vec4 color[SIGNALS])
 {
     AtrousSums sums[SIGNALS];
     float normal_scale = -LOG2_E * g.normal_sensitivity;
-    for (int s = 0; s < SIGNALS; s++) sums[s] = start_sums(color[s]);
-    for (int i = 0; i < 9; i++) {
+    UNROLL for (int s = 0; s < SIGNALS; s++) sums[s] = start_sums(color[s]);
+    UNROLL for (int i = 0; i < 9; i++) {
         if (i == 4 || (CROSS && (i & 1) == 0)) continue;
         ivec2 grid = ivec2(i % 3, i / 3) - 1;
         Neighbour n = find_neighbour(c, grid);
         uvec2 guide = texelFetch(in_guide, n.pixel, 0).xy;
         float w = plane_weight(c, n, guide.x) * (CROSS ? 0.75 : kernel(grid)), bend = normal_bend(c, guide);
-        for (int s = 0; s < SIGNALS; s++)
+        UNROLL for (int s = 0; s < SIGNALS; s++)
             add_tap(sums[s], load_color(s, n.pixel), w * lobe_factor(c, s, guide), lobe_exponent(c, s, normal_scale, bend, n.offset));
     }
-    for (int s = 0; s < SIGNALS; s++) color[s] = vec4(sums[s].color, sqrt(sums[s].noise)) / sums[s].weight;
+    UNROLL for (int s = 0; s < SIGNALS; s++) color[s] = vec4(sums[s].color, sqrt(sums[s].noise)) / sums[s].weight;
 }
 
 #endif

@@ -80,7 +80,7 @@ void main()
     float frames[SIGNALS];
     vec4 change[SIGNALS], color[SIGNALS];
     Sums sums[SIGNALS];
-    for (int s = 0; s < SIGNALS; s++) {
+    UNROLL for (int s = 0; s < SIGNALS; s++) {
         change[s] = has_flag(NRD_FLAG_ANTILAG) ? load_change(s, vec2(pixel) + 0.5) : vec4(0.0, 1.0, 0.0, 0.0);
         frames[s] = changed_frames(guide_frames(guide, s), change[s]);
         color[s] = load_color(s, pixel);
@@ -89,18 +89,18 @@ void main()
     }
     float slack = short_history_slack(frames[0]), normal_scale = -LOG2_E * g.normal_sensitivity / slack;
     Center c = make_center(pixel, guide, slack, TRACKED(pixel));
-    for (int i = 0; i < 9 && is_filtering(); i++) {
-        if (i == 4) continue;
+    UNROLL for (int i = 0; i < 9; i++) {
+        if (i == 4 || !is_filtering()) continue;
         ivec2 grid = ivec2(i % 3, i / 3) - 1;
         Neighbour n = find_neighbour(c, grid);
         uvec2 guide_tap = texelFetch(in_guide, n.pixel, 0).xy;
         float geometry = plane_weight(c, n, guide_tap.x) * kernel(grid), bend = normal_bend(c, guide_tap);
-        for (int s = 0; s < SIGNALS; s++) {
+        UNROLL for (int s = 0; s < SIGNALS; s++) {
             vec4 tap = load_color(s, n.pixel);
             float frames_tap = max(guide_frames(guide_tap, s), 1.0);
             float w = geometry * frames_tap * lobe_factor(c, s, guide_tap) * exp2(lobe_exponent(c, s, normal_scale, bend, n.offset));
             if (w > 0.0) add(sums[s], tap, frames_tap, w);
         }
     }
-    for (int s = 0; s < SIGNALS; s++) store(pixel, s, color[s], sums[s], frames[s], change[s]);
+    UNROLL for (int s = 0; s < SIGNALS; s++) store(pixel, s, color[s], sums[s], frames[s], change[s]);
 }

@@ -52,7 +52,7 @@ void main()
     uvec2 guide = texelFetch(in_guide, pixel, 0).xy;
     if (guide_is_sky(guide.x)) return;
     vec4 color[SIGNALS];
-    for (int s = 0; s < SIGNALS; s++) color[s] = load_color(s, pixel);
+    UNROLL for (int s = 0; s < SIGNALS; s++) color[s] = load_color(s, pixel);
     atrous(make_center(pixel, guide, 1.0, TRACKED(pixel)), color);
-    for (int s = 0; s < SIGNALS; s++) store(s, pixel, color[s]);
+    UNROLL for (int s = 0; s < SIGNALS; s++) store(s, pixel, color[s]);
 }

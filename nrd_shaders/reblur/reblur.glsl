@@ -47,7 +47,7 @@ void set_lobe(inout Center c, float roughness, float tracked, float z, vec2 uv)
     float footprint = lobe_footprint(alpha, tracked, z, uv);
     c.roughness = roughness;
     c.roughness_scale = 1.0 / (0.1 * roughness + 0.01);
-    c.lobe_scale = -LOG2_E / (tolerance * tolerance);
+    c.lobe_scale = -LOG2_E * max(1.0 / (tolerance * tolerance), g.normal_sensitivity);
     c.footprint_scale = -0.5 * LOG2_E / max(FOOTPRINT_WIDTH * FOOTPRINT_WIDTH * footprint * footprint, 1e-4);
 }
 #endif

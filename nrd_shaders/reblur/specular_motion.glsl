@@ -14,13 +14,16 @@ shared vec4 s_surface[SIDE * SIDE]; /* world normal, view depth; depth 0: nothin
 shared float s_tracked[SIDE * SIDE]; /* q of the noisy sample, -1: not sampled */
 
 const float PARALLAX_FALLOFF = 3.2;
+const float DRIFT = 0.2;            /* footprints, over the whole history, below which surface and reflection move alike */
 const float LEAST_FOOTPRINT = 0.35; /* px: what a pixel itself sees */
 const float NARROWEST_LOBE = 0.01;  /* squared width from which on normal maps are told apart */
 const float BUMPY = 0.002;          /* variance of normals that no curvature explains, above which Newton steps lead astray */
 
-struct Tracking {
-    float q, sigma;      /* nearest on this surface around the pixel, and the deviation there */
-    mat2 curvature;      /* change of the normal by way along the tangents, 1/units */
+/* q: the nearest on this surface around the pixel; sigma: the deviation there. */
+struct Tracking { float q, sigma; };
+
+struct Curvature {
+    mat2 turn;           /* change of the normal by way along the tangents, 1/units */
     float bump;          /* variance of the normals around that */
     vec3 tangent, bitangent; /* world */
 };
@@ -43,7 +46,7 @@ void load_cell(int cell)
     if (is_sky(signed_z)) return;
     nrd_surface surface = nrd_decode_normal_roughness(texelFetch(in_normal_roughness, pixel + rect_origin(), 0), SPEC_NORMAL_FORMAT, SPEC_ROUGHNESS_FORMAT);
     s_surface[cell] = vec4(surface.normal, z);
-    float norm_hit_dist = nrd_sanitize_norm_hit_dist(texelFetch(in_spec_unblurred, pixel, 0).w);
+    float norm_hit_dist = sanitize(texelFetch(in_spec_unblurred, pixel, 0)).w;
     float hit_dist = nrd_denormalize_hit_dist(norm_hit_dist, z, surface.roughness, g.hit_distance);
     if (norm_hit_dist > 0.0) s_tracked[cell] = hit_dist / (hit_dist + distance_to_camera(pixel_uv(pixel), z));
 }
@@ -60,65 +63,78 @@ void make_tangents(vec3 n, out vec3 tangent, out vec3 bitangent)
     bitangent = cross(n, tangent);
 }
 
-/* Least squares of the change of normals over the 3 x 3 pixels. */
-void fit_curvature(inout Tracking t, vec2 way[8], vec2 turn[8], float usable[8])
+/* Sums over the pixels around. way: along the tangents, units; turn: of the normal. */
+struct CurvatureSums {
+    mat2 moments;     /* turn x way */
+    vec3 spread;      /* way x way: xx, xy, yy */
+    float turns, count;
+};
+
+/* Least squares of the change of normals. */
+void fit_curvature(inout Curvature c, CurvatureSums s)
 {
-    mat2 moments = mat2(0.0), spread = mat2(0.0);
-    float count = 0.0;
-    for (int i = 0; i < 8; i++) {
-        moments += usable[i] * outerProduct(turn[i], way[i]);
-        spread += usable[i] * outerProduct(way[i], way[i]);
-        count += usable[i];
-    }
-    t.curvature = mat2(0.0);
-    t.bump = 0.0;
-    float ridge = 0.02 * (spread[0][0] + spread[1][1]);
+    c.turn = mat2(0.0);
+    c.bump = 0.0;
+    float ridge = 0.02 * (s.spread.x + s.spread.z);
     if (!(ridge > 0.0)) return;
-    mat2 s = moments * inverse(spread + mat2(ridge, 0.0, 0.0, ridge));
-    t.curvature = 0.5 * (s + transpose(s));
-    for (int i = 0; i < 8; i++) {
-        vec2 rest = turn[i] - t.curvature * way[i];
-        t.bump += usable[i] * dot(rest, rest);
-    }
-    t.bump /= max(count, 1.0);
+    float xx = s.spread.x + ridge, yy = s.spread.z + ridge;
+    mat2 fit = s.moments * mat2(yy, -s.spread.y, -s.spread.y, xx) / (xx * yy - s.spread.y * s.spread.y);
+    float across = 0.5 * (fit[0][1] + fit[1][0]);
+    c.turn = mat2(fit[0][0], across, across, fit[1][1]);
+    mat2 explained = c.turn * mat2(s.spread.x, s.spread.y, s.spread.y, s.spread.z);
+    float rest = s.turns - 2.0 * (dot(c.turn[0], s.moments[0]) + dot(c.turn[1], s.moments[1])) + dot(c.turn[0], explained[0]) + dot(c.turn[1], explained[1]);
+    c.bump = max(rest, 0.0) / max(s.count, 1.0);
 }
 
-Tracking find_tracking(ivec2 pixel, vec3 normal, float roughness)
+int own_cell() { return int(gl_LocalInvocationID.x) + 1 + SIDE * (int(gl_LocalInvocationID.y) + 1); }
+
+Tracking track_hit_distance(ivec2 pixel, nrd_surface surface)
 {
-    Tracking t;
-    ivec2 local = ivec2(gl_LocalInvocationID.xy) + 1;
-    vec4 center = s_surface[local.x + SIDE * local.y];
-    vec3 position = view_position(pixel_uv(pixel), center.w, g.frustum, g.orthographic);
-    float own = s_tracked[local.x + SIDE * local.y], nearest = own < 0.0 ? 2.0 : own, second = 2.0, sum = max(own, 0.0), squares = sum * sum, count = own < 0.0 ? 0.0 : 1.0;
-    float tolerance = plane_tolerance(g.plane_distance_sensitivity, center.w);
-    vec2 way[8], turn[8];
-    float usable[8];
-    make_tangents(normal, t.tangent, t.bitangent);
-    for (int i = 0; i < 8; i++) {
-        ivec2 offset = ivec2((i + i / 4) % 3, (i + i / 4) / 3) - 1;   /* 4 is the centre */
-        int cell = local.x + offset.x + SIDE * (local.y + offset.y);
-        vec4 tap = s_surface[cell];
-        vec3 step_ws = mat3(g.view_to_world) * (view_position(pixel_uv(pixel + offset), tap.w, g.frustum, g.orthographic) - position);
-        bool near = tap.w > 0.0 && abs(dot(normal, step_ws)) < tolerance;
-        usable[i] = near ? 1.0 : 0.0;
-        way[i] = vec2(dot(t.tangent, step_ws), dot(t.bitangent, step_ws));
-        turn[i] = vec2(dot(t.tangent, tap.xyz - normal), dot(t.bitangent, tap.xyz - normal));
-        float q = s_tracked[cell];
-        if (!near || q < 0.0) continue;
-        second = min(second, max(nearest, q));
-        nearest = min(nearest, q);
-        sum += q;
-        squares += q * q;
-        count += 1.0;
+    float z = s_surface[own_cell()].w, own = s_tracked[own_cell()], scale = 1.0 / plane_tolerance(g.plane_distance_sensitivity, z);
+    vec2 uv = pixel_uv(pixel);
+    Plane plane = make_plane(surface.normal * mat3(g.view_to_world), view_position(uv, z, g.frustum, g.orthographic), uv, 1.0 / vec2(rect_size()), g.frustum,
+                             g.orthographic, scale, 1.0);
+    float nearest = own < 0.0 ? 2.0 : own, second = 2.0;
+    vec3 sums = own < 0.0 ? vec3(0.0) : vec3(own, own * own, 1.0);
+    UNROLL for (int i = 0; i < 9; i++) {
+        if (i == 4) continue;
+        ivec2 offset = ivec2(i % 3, i / 3) - 1;
+        int cell = own_cell() + offset.x + SIDE * offset.y;
+        float q = s_tracked[cell];   /* -1 where there is nothing */
+        bool usable = q >= 0.0 && abs(plane_distance(plane, vec2(offset), s_surface[cell].w)) < 1.0;
+        float candidate = usable ? q : 2.0;
+        second = min(second, max(nearest, candidate));
+        nearest = min(nearest, candidate);
+        if (usable) sums += vec3(q, q * q, 1.0);
     }
     if (second <= 1.0) nearest = second;   /* one stray sample of nine says nothing */
     nearest = nearest > 1.0 ? 0.0 : nearest;
-    float alpha = max(roughness * roughness, 1e-4), mean = sum / max(count, 1.0);
-    float footprint = lobe_footprint(alpha, nearest, center.w, pixel_uv(pixel));
-    t.q = own < 0.0 ? nearest : mix(own, nearest, clamp(footprint / 0.5, 0.0, 1.0));
-    t.sigma = sqrt(max(squares / max(count, 1.0) - mean * mean, 0.0));
-    fit_curvature(t, way, turn, usable);
-    return t;
+    float footprint = lobe_footprint(max(surface.roughness * surface.roughness, 1e-4), nearest, z, uv), mean = sums.x / max(sums.z, 1.0);
+    return Tracking(own < 0.0 ? nearest : mix(own, nearest, clamp(footprint / 0.5, 0.0, 1.0)), sqrt(max(sums.y / max(sums.z, 1.0) - mean * mean, 0.0)));
+}
+
+Curvature measure_curvature(ivec2 pixel, vec3 normal)
+{
+    Curvature c;
+    float z = s_surface[own_cell()].w, tolerance = plane_tolerance(g.plane_distance_sensitivity, z);
+    vec3 position = view_position(pixel_uv(pixel), z, g.frustum, g.orthographic);
+    CurvatureSums s = CurvatureSums(mat2(0.0), vec3(0.0), 0.0, 0.0);
+    make_tangents(normal, c.tangent, c.bitangent);
+    vec3 normal_vs = normal * mat3(g.view_to_world), tangent_vs = c.tangent * mat3(g.view_to_world), bitangent_vs = c.bitangent * mat3(g.view_to_world);
+    UNROLL for (int i = 0; i < 9; i++) {
+        if (i == 4) continue;
+        ivec2 offset = ivec2(i % 3, i / 3) - 1;
+        vec4 tap = s_surface[own_cell() + offset.x + SIDE * offset.y];
+        vec3 move = view_position(pixel_uv(pixel + offset), tap.w, g.frustum, g.orthographic) - position;
+        float near = tap.w > 0.0 && abs(dot(normal_vs, move)) < tolerance ? 1.0 : 0.0;
+        vec2 way = vec2(dot(tangent_vs, move), dot(bitangent_vs, move)), turn = vec2(dot(c.tangent, tap.xyz), dot(c.bitangent, tap.xyz));
+        s.moments += near * outerProduct(turn, way);
+        s.spread += near * vec3(way.x * way.x, way.x * way.y, way.y * way.y);
+        s.turns += near * dot(turn, turn);
+        s.count += near;
+    }
+    fit_curvature(c, s);
+    return c;
 }
 
 /* Towards the dominant direction of a GGX lobe, [0,1]: 1 is the mirror's. Fit of S. Lagarde, "Moving Frostbite to PBR", 2014, refined. */
@@ -131,17 +147,17 @@ float dominant_factor(float n_dot_v, float roughness)
 vec3 to_world(vec3 position_prev_vs) { return (position_prev_vs - g.world_to_view_prev[3].xyz) * mat3(g.world_to_view_prev); }
 
 /* The move along the tangent plane (t, b of the result's world space) after which a surface point mirrors `target` into the previous camera. */
-vec3 newton_step(vec3 point, vec3 normal, vec3 target, Tracking t, mat2 curvature, out bool regular)
+vec3 newton_step(vec3 point, vec3 normal, vec3 target, Curvature c, mat2 turn, out bool regular)
 {
     vec3 camera = -g.world_to_view_prev[3].xyz * mat3(g.world_to_view_prev), forward = vec3(0.0, 0.0, 1.0) * mat3(g.world_to_view_prev);
     vec3 to_camera = camera - point, to_target = target - point;
     float flat_view = g.orthographic_prev, distance = length(to_camera), hit = max(length(to_target), 1e-6);
     vec3 v = flat_view > 0.5 ? -forward : to_camera / max(distance, 1e-6), l = to_target / hit;
-    vec3 tangent = normalize(t.tangent - normal * dot(normal, t.tangent)), bitangent = cross(normal, tangent);
+    vec3 tangent = normalize(c.tangent - normal * dot(normal, c.tangent)), bitangent = cross(normal, tangent);
     vec2 side = vec2(dot(tangent, v), dot(bitangent, v)), rest = side + vec2(dot(tangent, l), dot(bitangent, l));
     float bend = (flat_view > 0.5 ? 0.0 : 1.0 / max(distance, 1e-6)) + 1.0 / hit;
     mat2 plane = bend * (mat2(1.0) - outerProduct(side, side));
-    mat2 a = plane + 2.0 * abs(dot(normal, v)) * curvature;
+    mat2 a = plane + 2.0 * abs(dot(normal, v)) * turn;
     regular = abs(determinant(a)) >= 0.1 * determinant(plane);
     vec2 move = inverse(regular ? a : plane) * rest;
     return tangent * move.x + bitangent * move.y;
@@ -150,7 +166,7 @@ vec3 newton_step(vec3 point, vec3 normal, vec3 target, Tracking t, mat2 curvatur
 vec3 mean_normal(Footprint f, vec3 otherwise)
 {
     vec3 sum = vec3(0.0);
-    for (int i = 0; i < 4; i++)
+    UNROLL for (int i = 0; i < 4; i++)
         if (f.weights[i] > 0.0) sum += f.weights[i] * normalize(guide_fine_direction(uvec2(f.guides[i], f.seconds[i])));
     return dot(sum, sum) > 1e-6 ? normalize(sum) : otherwise;
 }
@@ -164,19 +180,19 @@ vec3 mirrored_point(vec3 position_vs, vec3 normal, float roughness, float q)
     return point + reflect(view, normal) * hit * dominant_factor(abs(dot(view, normal)), roughness);
 }
 
-VirtualMotion find_virtual_motion(vec3 target, Reprojection r, Footprint f, vec3 normal, Tracking t)
+VirtualMotion find_virtual_motion(vec3 target, Reprojection r, vec3 normal_prev, vec3 normal, Curvature c)
 {
     VirtualMotion m;
-    bool smooth_surface = t.bump < BUMPY, regular;
+    bool smooth_surface = c.bump < BUMPY, regular;
     vec3 start = to_world(r.position);
-    float mean_curvature = 0.5 * (t.curvature[0][0] + t.curvature[1][1]);
-    mat2 curvature = smooth_surface ? t.curvature : mat2(mean_curvature, 0.0, 0.0, mean_curvature);
-    m.normal = smooth_surface ? mean_normal(f, normal) : normal;
-    vec3 move = newton_step(start, m.normal, target, t, curvature, regular);
+    float mean_turn = 0.5 * (c.turn[0][0] + c.turn[1][1]);
+    mat2 turn = smooth_surface ? c.turn : mat2(mean_turn, 0.0, 0.0, mean_turn);
+    m.normal = smooth_surface ? normal_prev : normal;
+    vec3 move = newton_step(start, m.normal, target, c, turn, regular);
     m.position = (g.world_to_view_prev * vec4(start + move, 1.0)).xyz;
     m.uv = project_prev(m.position);
-    vec2 way = vec2(dot(t.tangent, move), dot(t.bitangent, move));
-    m.bow = 0.5 * abs(dot(way, curvature * way));
+    vec2 way = vec2(dot(c.tangent, move), dot(c.bitangent, move));
+    m.bow = 0.5 * abs(dot(way, turn * way));
     m.error = regular && all(lessThan(abs(m.uv - 0.5), vec2(0.5))) ? 0.0 : -1.0;
     return m;
 }
@@ -185,7 +201,7 @@ VirtualMotion find_virtual_motion(vec3 target, Reprojection r, Footprint f, vec3
 vec3 footprint_position(Footprint f, vec2 uv)
 {
     float z = 0.0, sum = 0.0;
-    for (int i = 0; i < 4; i++) {
+    UNROLL for (int i = 0; i < 4; i++) {
         if (!(f.weights[i] > 0.0)) continue;
         z += f.weights[i] * guide_relative_depth(f.guides[i]);
         sum += f.weights[i];
@@ -194,11 +210,11 @@ vec3 footprint_position(Footprint f, vec2 uv)
 }
 
 /* How far, in pixels, a second step from there would go: the first one's error. */
-float remaining_step(Footprint f, VirtualMotion m, vec3 target, Tracking t)
+float remaining_step(Footprint f, VirtualMotion m, vec3 target, Curvature c)
 {
     bool regular;
     vec3 point = to_world(footprint_position(f, m.uv));
-    vec3 move = newton_step(point, mean_normal(f, m.normal), target, t, t.curvature, regular);
+    vec3 move = newton_step(point, mean_normal(f, m.normal), target, c, c.turn, regular);
     vec2 uv = project_prev((g.world_to_view_prev * vec4(point + move, 1.0)).xyz);
     return regular ? min(length((uv - m.uv) * size_prev_px()), 1e3) : 0.0;
 }
@@ -206,7 +222,7 @@ float remaining_step(Footprint f, VirtualMotion m, vec3 target, Tracking t)
 vec4 roughness_agreement(Footprint f, float roughness)
 {
     vec4 w;
-    for (int i = 0; i < 4; i++) w[i] = clamp(1.5 - abs(guide_roughness(uvec2(f.guides[i], f.seconds[i])) - roughness) / (0.02 + 0.1 * roughness), 0.0, 1.0);
+    UNROLL for (int i = 0; i < 4; i++) w[i] = clamp(1.5 - abs(guide_roughness(uvec2(f.guides[i], f.seconds[i])) - roughness) / (0.02 + 0.1 * roughness), 0.0, 1.0);
     return w;
 }
 
@@ -216,7 +232,7 @@ vec4 tracking_agreement(Footprint f, Tracking t, float travel_px)
     uvec4 tracks = gather_tracks_at(SPECULAR_SIGNAL, f.seconds, f.corner_uv);
     float tolerance = 0.05 + 0.5 * t.sigma;
     vec4 w;
-    for (int i = 0; i < 4; i++) {
+    UNROLL for (int i = 0; i < 4; i++) {
         float d = (unpack_track(tracks[i]).hit_dist - t.q) / tolerance;
         w[i] = exp2(-LOG2_E * d * d * clamp(travel_px, 0.0, 1.0));
     }
@@ -238,35 +254,70 @@ History mix_histories(History a, History b, float amount)
     h.frames = mix(a.frames, b.frames, amount);
     h.hit_dist = mix(a.hit_dist, b.hit_dist, amount);
     h.stabilized = mix(a.stabilized, b.stabilized, amount);
+    h.bend = mix(a.bend, b.bend, amount);
+    return h;
+}
+
+/* The lengths of histories as the footprint's texels have them. */
+float mean_frames(Footprint f, int signal)
+{
+    float sum = 0.0, frames = 0.0;
+    UNROLL for (int i = 0; i < 4; i++) {
+        sum += f.weights[i];
+        frames += f.weights[i] * guide_frames(uvec2(0u, f.seconds[i]), signal);
+    }
+    return sum > 0.01 ? frames / sum * sqrt(min(sum, 1.0)) : 0.0;
+}
+
+/* px between where the surface was and where something infinitely far behind it was: reflections in anything but concave mirrors lie between. */
+float parallax_px(vec3 position, vec2 uv_prev)
+{
+    vec2 far_uv = project_prev(mat3(g.view_to_view_prev) * mix(position, vec3(0.0, 0.0, 1.0), g.orthographic));
+    return min(length((far_uv - uv_prev) * size_prev_px()), 1e3);
+}
+
+/* The history of a surface that shows something in the lobe, with a length of its own. */
+History specular_history(Footprint f, float frames, float alpha, vec3 normal)
+{
+    History h = fetch_history(f, f.weights, SPECULAR_SIGNAL, normal);
+    h.frames = min(frames, bend_limit(h, max(alpha * alpha, NARROWEST_LOBE)));
     return h;
 }
 
 History find_specular_history(ivec2 pixel, float z, Reprojection r, Footprint f, nrd_surface surface, Tracking t, out vec2 uv_history)
 {
-    float alpha = max(surface.roughness * surface.roughness, 1e-4);
-    vec2 uv = pixel_uv(pixel);
-    vec3 position = view_position(uv, z, g.frustum, g.orthographic);
-    vec3 target = mirrored_point(position, normalize(guide_fine_direction(uvec2(guide_pack(z, surface.normal, 0u), guide_pack_fine(surface.normal)))), surface.roughness, t.q);
-    VirtualMotion m = find_virtual_motion(target, r, f, surface.normal, t);
-    float travel = min(length((m.uv - r.uv) * size_prev_px()), 1e3);
-    f.weights *= roughness_agreement(f, surface.roughness);
-    History still = fetch_history(f, f.weights, SPECULAR_SIGNAL, surface.normal), virtual = no_history();
-    if (m.error >= 0.0 && !is_reset()) {
-        Footprint fv = fetch_footprint(m.uv);
-        weigh_surface(fv, m.position, m.normal, surface.material_id, r.tolerance + m.bow);
-        if (t.bump < BUMPY) m.error = remaining_step(fv, m, target, t);
-        fv.weights *= roughness_agreement(fv, surface.roughness) * tracking_agreement(fv, t, travel);
-        virtual = fetch_history(fv, fv.weights, SPECULAR_SIGNAL, m.normal);
-    }
-    float footprint = lobe_footprint(alpha, t.q, z, uv);
-    still.frames = min(still.frames, bend_limit(still, max(alpha * alpha, NARROWEST_LOBE)));
-    virtual.frames = min(virtual.frames, bend_limit(virtual, max(alpha * alpha, NARROWEST_LOBE)));
-    still.frames = limit_frames(still.frames, travel, 0.5 * max(footprint, LEAST_FOOTPRINT));
-    virtual.frames = limit_frames(virtual.frames, travel * min(t.sigma / max(t.q, 1e-4), 1.0), max(footprint, LEAST_FOOTPRINT));
-    virtual.frames /= 1.0 + 0.1 * virtual.frames * square(m.error / max(footprint, 0.5));
-    float amount = clamp(1.0 + (virtual.frames - still.frames) / (1.0 + 0.5 * max(virtual.frames, still.frames)), 0.0, 1.0);
-    uv_history = mix(r.uv, m.error < 0.0 ? r.uv : m.uv, amount);
-    return mix_histories(still, virtual, amount);
+    float alpha = max(surface.roughness * surface.roughness, 1e-4), footprint = lobe_footprint(alpha, t.q, z, pixel_uv(pixel));
+    vec3 position = view_position(pixel_uv(pixel), z, g.frustum, g.orthographic);
+    uv_history = r.uv;
+    Footprint still = f;
+    still.weights *= roughness_agreement(f, surface.roughness);
+    float there = mean_frames(still, SPECULAR_SIGNAL), drift = DRIFT * max(footprint, LEAST_FOOTPRINT) / max(there, 1.0);
+    if (is_reset()) return no_history();
+    vec3 stored_normal = normalize(guide_fine_direction(uvec2(guide_pack(z, surface.normal, 0u), guide_pack_fine(surface.normal))));
+    vec3 normal_prev = mean_normal(f, stored_normal);
+    float turned_px = 2.0 * length(normal_prev - stored_normal) * footprint / alpha;
+    if (parallax_px(position, r.uv) + turned_px < drift) return specular_history(still, there, alpha, surface.normal);
+
+    Curvature c = measure_curvature(pixel, surface.normal);
+    vec3 target = mirrored_point(position, stored_normal, surface.roughness, t.q);
+    VirtualMotion m = find_virtual_motion(target, r, normal_prev, surface.normal, c);
+    float travel = min(length((m.uv - r.uv) * size_prev_px()), 1e3), still_frames = limit_frames(there, travel, 0.5 * max(footprint, LEAST_FOOTPRINT));
+    if (m.error < 0.0 || travel < drift) return specular_history(still, still_frames, alpha, surface.normal);
+
+    Footprint moved = fetch_footprint(m.uv);
+    weigh_surface(moved, m.position, m.normal, surface.material_id, r.tolerance + m.bow);
+    if (c.bump < BUMPY) m.error = remaining_step(moved, m, target, c);
+    moved.weights *= roughness_agreement(moved, surface.roughness) * tracking_agreement(moved, t, travel);
+    float moved_frames = limit_frames(mean_frames(moved, SPECULAR_SIGNAL), travel * min(t.sigma / max(t.q, 1e-4), 1.0), max(footprint, LEAST_FOOTPRINT));
+    moved_frames /= 1.0 + 0.1 * moved_frames * square(m.error / max(footprint, 0.5));
+    float amount = clamp(1.0 + (moved_frames - still_frames) / (1.0 + 0.5 * max(moved_frames, still_frames)), 0.0, 1.0);
+    if (!(moved_frames > 0.0)) amount = 0.0;
+    if (!(still_frames > 0.0)) amount = 1.0;
+    uv_history = mix(r.uv, m.uv, amount);
+    if (amount >= 1.0) return specular_history(moved, moved_frames, alpha, m.normal);
+    History h = specular_history(still, still_frames, alpha, surface.normal);
+    if (amount > 0.0) h = mix_histories(h, specular_history(moved, moved_frames, alpha, m.normal), amount);
+    return h;
 }
 
 #endif

@@ -88,10 +88,10 @@ void main()
     if (guide_is_sky(guide.x)) return;
     Track tracks[SIGNALS];
     vec4 color[SIGNALS];
-    for (int s = 0; s < SIGNALS; s++) {
+    UNROLL for (int s = 0; s < SIGNALS; s++) {
         tracks[s] = unpack_track(TRACK_WORD(pixel, guide, s));
         color[s] = load_color(s, pixel);
     }
     if (is_filtering()) atrous(make_center(pixel, guide, 1.0, tracks[SIGNALS - 1].hit_dist), color);
-    for (int s = 0; s < SIGNALS; s++) finish(pixel, guide, s, tracks[s], color[s]);
+    UNROLL for (int s = 0; s < SIGNALS; s++) finish(pixel, guide, s, tracks[s], color[s]);
 }

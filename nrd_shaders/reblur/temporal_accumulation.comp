@@ -64,10 +64,19 @@ uvec4 gather_tracks_at(int s, uvec4 seconds, vec2 uv) { return s == 0 ? textureG
 uvec4 gather_tracks_at(int s, uvec4 seconds, vec2 uv) { return seconds; }
 #endif
 
+vec4 sanitize(vec4 noisy)
+{
+    return nrd_is_finite(noisy.xyz) ? vec4(clamp(noisy.x, 0.0, 65504.0), clamp(noisy.yz, -65504.0, 65504.0), nrd_sanitize_norm_hit_dist(noisy.w)) : vec4(0.0);
+}
+
 #include "reprojection.glsl"
 #ifdef SPECULAR
 #include "specular_motion.glsl"
 #endif
+
+/* Stabilised luma of a surface that faced another way by more than 32 degrees is not followed. 0.1 to 0.5 tried: less flickers more, more
+   blurs the joints of bricks. Weighting the texels by their normals instead was worse, for the colour history too. */
+const float STABLE_BEND = 0.15;
 
 /* Frames of history from which on a pixel has a say in whether lighting changed. 2 to 6 tried; below CHANGED_FRAMES, or a change silences its tile. */
 const float SETTLED_FRAMES = 4.0;
@@ -92,11 +101,6 @@ float update_sigma(float sigma, float delta, float frames)
     return sqrt(mix(sigma * sigma, variance, 1.0 / max(frames, 1.0)));
 }
 
-vec4 sanitize(vec4 noisy)
-{
-    return nrd_is_finite(noisy.xyz) ? vec4(clamp(noisy.x, 0.0, 65504.0), clamp(noisy.yz, -65504.0, 65504.0), nrd_sanitize_norm_hit_dist(noisy.w)) : vec4(0.0);
-}
-
 /* What a pixel adds to its tile: (luma change, its expected square, luma, 1). The square is mostly the new sample's own, which
    follows a change at once; the history's part keeps skewed noise (rare bright samples) from looking like darkening. */
 vec4 tile_sample(History h, float delta)
@@ -110,7 +114,7 @@ uint accumulate(ivec2 pixel, int signal, vec4 noisy, inout History h, float rand
     float alpha = 1.0 / (1.0 + h.frames), delta = noisy.x - h.color.x;
     store_color(signal, pixel, dither_to_half(vec4(mix(h.color.xyz, noisy.xyz, alpha), update_sigma(h.color.w, delta, h.frames)), random));
     s_sums[signal][gl_LocalInvocationIndex] = tile_sample(h, delta);
-    float stabilized = h.frames > 0.0 ? h.stabilized : -1.0;
+    float stabilized = h.frames > 0.0 && (h.bend <= STABLE_BEND) ? h.stabilized : -1.0;
     h.frames += 1.0;
     return pack_track(Track(mix(h.hit_dist, noisy.w, alpha), stabilized), random);
 }
@@ -118,7 +122,7 @@ uint accumulate(ivec2 pixel, int signal, vec4 noisy, inout History h, float rand
 void denoise(ivec2 pixel)
 {
     float signed_z = in_rect(pixel) ? texelFetch(in_view_z, pixel + rect_origin(), 0).x * g.view_z_scale : 0.0, z = abs(signed_z);
-    for (int s = 0; s < SIGNALS; s++) s_sums[s][gl_LocalInvocationIndex] = vec4(0.0);
+    UNROLL for (int s = 0; s < SIGNALS; s++) s_sums[s][gl_LocalInvocationIndex] = vec4(0.0);
     if (!in_rect(pixel)) return;
     if (is_sky(signed_z)) {
         imageStore(out_guide, pixel, uvec4(GUIDE_SKY, 0u, 0u, 0u));
@@ -142,7 +146,7 @@ void denoise(ivec2 pixel)
 #endif
 #ifdef SPECULAR
     vec2 uv_history;
-    Tracking tracking = find_tracking(pixel, surface.normal, surface.roughness);
+    Tracking tracking = track_hit_distance(pixel, surface);
     History specular = find_specular_history(pixel, z, r, f, surface, tracking, uv_history);
     if (specular.frames > 0.0) specular.frames = min(shorten(specular.frames, SPECULAR_SIGNAL, uv_history), g.max_accumulated_frames);
     specular.hit_dist = tracking.q;   /* as measured: its average would follow a change of what is reflected too late */
@@ -163,13 +167,13 @@ void write_tiles()
 {
     uint i = gl_LocalInvocationIndex;
     barrier();
-    for (int s = 0; s < SIGNALS && i < 8u; s++) {
+    UNROLL for (int s = 0; s < SIGNALS && i < 8u; s++) {
         vec4 row = vec4(0.0);
         for (uint k = 0u; k < 8u; k++) row += s_sums[s][i + 8u * k];
         s_sums[s][i] = row;
     }
     barrier();
-    for (int s = 0; s < SIGNALS && i == 0u; s++) {
+    UNROLL for (int s = 0; s < SIGNALS && i == 0u; s++) {
         vec4 sum = vec4(0.0);
         for (uint k = 0u; k < 8u; k++) sum += s_sums[s][k];
         float n = max(sum.w, 1.0);

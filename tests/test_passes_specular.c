@@ -1,0 +1,3 @@
+/* test_passes_specular.c: what test_passes.c asks of the diffuse signal, asked of the specular one, on surfaces of roughness 1. */
+#define RIG_SPECULAR
+#include "test_passes.c"
