@@ -32,7 +32,7 @@ submake  = $(MAKE) --no-print-directory $(if $(filter -j%,$(MAKEFLAGS)),,-j$(she
 
 modules  := $(shell sed -n 's/^\([a-z][a-z0-9_]*\) .*/\1/p' nrd_shaders/modules.txt)
 spv      := $(modules:%=$B/spv/%.spv)
-embedded := $B/nrd_spirv.h $B/trace_spv.h $B/tests/shader_math_spirv.h
+embedded := $B/nrd_spirv.h $B/trace_spv.h $B/tests/shader_math_spirv.h $B/tests/shader_math_debug_spirv.h
 objects   = $(patsubst %.c,$B/obj/%.o,$(wildcard $1))
 programs := $B/minimal $(patsubst examples/nrd_%.c,$B/nrd-%,$(wildcard examples/nrd_*.c))
 tests    := $(patsubst tests/%.c,$B/tests/%,$(wildcard tests/test_*.c))
@@ -71,8 +71,10 @@ $B/nrd_spirv.h: $(spv)
 	echo '#endif'; } > $@
 
 $B/trace_spv.h: examples/tracer/trace.comp
-$B/tests/shader_math_spirv.h: tests/shader_math.comp
-$B/trace_spv.h $B/tests/shader_math_spirv.h: Makefile
+$B/tests/shader_math_spirv.h $B/tests/shader_math_debug_spirv.h: tests/shader_math.comp
+$B/tests/shader_math_spirv.h: GLSL += -Os
+$B/tests/shader_math_debug_spirv.h: GLSL += -Od -g
+$B/trace_spv.h $B/tests/shader_math_spirv.h $B/tests/shader_math_debug_spirv.h: Makefile
 	@echo "glsl $(firstword $(filter %.comp,$^))"; mkdir -p $(@D)
 	$Q$(GLSL) --vn $(basename $(@F)) $(firstword $(filter %.comp,$^)) -o $@
 	@$(end_deps)

@@ -1,7 +1,8 @@
 #!/bin/sh
 # compile_glsl.sh: nrd.glsl compiles wherever an engine includes it. Run from the repository root; prints one line per
 # case and a total, exits 1 if any case failed. Every case goes through glslangValidator and glslc (warnings are errors
-# there), for each stage, GLSL 4.50 and 4.60, alone, twice, before and after other files, and with every encoding.
+# there), for each stage, GLSL 4.50 and 4.60, alone, twice, before and after other files, and with every encoding; and
+# through four compilers of C and C++.
 set -u
 
 work=$(mktemp -d) || exit 1
@@ -65,8 +66,19 @@ void main()
                          diffuse_factor, specular_factor);
     float norm = nrd_normalize_hit_dist(frame.texel.x, frame.view.w, 1.0, frame.params);
     vec4 packed_radiance = nrd_pack_radiance_hit_dist(nrd_demodulate(frame.color.xyz, diffuse_factor), norm, true);
-    result.result = nrd_round_to_half(nrd_unpack_radiance_hit_dist(packed_radiance)) +
-                    nrd_pack_normal_roughness(surface.normal, surface.roughness, surface.material_id);
+    vec4 sh0, sh1;
+    nrd_pack_sh(frame.color.xyz, norm, surface.normal, true, sh0, sh1);
+    nrd_sg light = nrd_unpack_sh(sh0, sh1);
+    vec3 resolved = nrd_resolve_diffuse(light, surface.normal, frame.view.xyz, surface.roughness) +
+                    nrd_resolve_specular(light, surface.normal, frame.view.xyz, surface.roughness);
+    resolved.xy *= nrd_rejitter(light, light, frame.view.xyz, surface.roughness, frame.view.w, surface.normal,
+                                frame.view.wwww, surface.normal, surface.normal, surface.normal, surface.normal);
+    nrd_mirror chain = nrd_mirror_add(nrd_mirror_begin(), frame.view.xyz, surface.normal);
+    resolved += nrd_mirror_point(chain, frame.color.xyz) * nrd_split_threshold(1u, 2u, 3u, 0.5);
+    result.result = nrd_round_to_half(nrd_unpack_radiance_hit_dist(packed_radiance)) + vec4(resolved, 0.0) +
+                    nrd_pack_normal_roughness(surface.normal, surface.roughness, surface.material_id) +
+                    nrd_pack_directional_occlusion(surface.normal, norm, true) +
+                    nrd_upsample_weights(frame.texel.xy, frame.view.w, 1.0, frame.params, frame.texel);
 GLSL
     [ "$stage" = frag ] && echo "    out_color = result.result;"
     echo "}"
@@ -124,10 +136,53 @@ spirv-dis "$work/out.spv" > "$work/log" 2>&1 && ! grep OpCapability "$work/log" 
 report $? "spirv-dis        needs no capability but Shader"
 
 # Every function, struct and macro carries the prefix.
-grep -nE '^[a-z].*\(|^struct |^ *#define ' nrd_shaders/nrd.glsl |
-    grep -vE '^[0-9]+:([a-z0-9]+ nrdi?_[a-z0-9_]+\(|nrd_surface nrd_|struct nrd_| *#define NRDI?_)' > "$work/log"
+grep -nE '^[a-z].*\(|^NRDI_[A-Z]+[ (]|^struct |^ *#define ' nrd_shaders/nrd.glsl |
+    grep -vE '^[0-9]+:((NRDI_FN )?[a-z0-9_]+ nrdi?_[a-z0-9_]+\(|NRDI_STRUCT\(nrd_[a-z]+\)| *#define NRDI?_)' > "$work/log"
 [ ! -s "$work/log" ]
 report $? "grep             every name starts with nrd_ or nrdi_"
+
+# ---- C and C++
+cat > "$work/engine.h" <<'C'
+#define vec3 engine_vec3
+#define mix(a, b) ((a) < (b) ? (a) : (b))
+#define clamp(x) engine_clamp(x)
+C
+
+# Leaves the engine's macros as they were and none of its own with a GLSL name.
+cat > "$work/engine.c" <<'C'
+#include "engine.h"
+#include "nrd_c.h"
+#include "nrd_c.h"
+#if defined(vec2) || defined(pow) || defined(floatBitsToUint) || defined(NRDI_FN) || !defined(clamp)
+#error "macros of nrd_c.h outlive it"
+#endif
+typedef struct vec3 { float x; } vec3;
+static float use(void)
+{
+    nrd_vec3 normal = nrd_make_vec3(0.0f, 0.0f, 1.0f), diffuse, specular;
+    nrd_material_factors(normal, normal, normal, normal, 0.5f, &diffuse, &specular);
+    engine_vec3 mine;
+    mine.x = mix(nrd_pack_normal_roughness(normal, 0.5f, 1).x, diffuse.x);
+    return mine.x + specular.x;
+}
+int main(void) { return use() > 0.0f ? 0 : 1; }
+C
+cp "$work/engine.c" "$work/engine.cpp"
+
+for compiler in gcc clang g++ clang++; do
+    if ! command -v $compiler > /dev/null; then
+        echo "skip  $compiler: not here"
+        continue
+    fi
+    case $compiler in
+        *++) options="-std=c++17 $work/engine.cpp" ;;
+        *) options="-std=c99 $work/engine.c" ;;
+    esac
+    # shellcheck disable=SC2086 # options are words
+    $compiler -Wall -Wextra -pedantic -Werror "-I$work" -Inrd_shaders $options -o "$work/engine" -lm > "$work/log" 2>&1 &&
+        "$work/engine"
+    report $? "$compiler compiles and runs nrd_c.h beside an engine's macros"
+done
 
 echo "compile_glsl: $passed passed, $failed failed"
 [ "$failed" -eq 0 ]

@@ -100,7 +100,7 @@ static inline unsigned ref_decode_normal_roughness(const double t[4], int normal
     } else if (ref_is_biased(normal_encoding)) {
         for (int i = 0; i < 3; ++i) v[i] = 2.0 * t[i] - 1.0;
     }
-    for (int i = 0; i < 3; ++i) out[i] = v[i] / sqrt(ref_dot(v, v) + 1e-9);
+    for (int i = 0; i < 3; ++i) out[i] = v[i] / sqrt(fmax(ref_dot(v, v), 1e-9));
     out[3] = ref_decode_roughness(octahedral ? t[2] : t[3], normal_encoding, roughness_encoding);
     return octahedral ? (unsigned)(3.0 * t[3] + 0.5) : 0u;
 }

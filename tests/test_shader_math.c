@@ -1,198 +1,8 @@
-/* Every function of nrd_shaders/nrd.glsl on the device against double precision, and the bounds, tables and vectors
-   that its comments promise. Prints the worst error per function. */
-#include <stdarg.h>
-#include <stddef.h>
-#include <setjmp.h>
-#include <stdint.h>
-#include <cmocka.h>
-
-#include <stdio.h>
-#include <stdlib.h>
-#include <string.h>
-
-#include "common/gpu.h"
-#include "nrd_reference.h"
-#include "shader_math.h"
-#include "tests/shader_math_spirv.h"
-
-#define MAX_CASES 65536u
-#define RANDOM_CASES 16384u
-#define DEGREES 57.295779513082321
-#define COUNT(array) (sizeof(array) / sizeof(array)[0])
-
-/* ---- device ---------------------------------------------------------------------------------------------------- */
-
-typedef struct push_constants {
-    uint32_t operation, count;
-} push_constants;
-
-static struct {
-    gpu gpu;
-    gpu_kernel kernel;
-    gpu_buffer cases, results;
-    gpu_image guide, half;
-    float *in, *out; /* mapped cases and results */
-} device;
-
-static void require(bool ok) {
-    if (!ok) fail_msg("%s", gpu_error(&device.gpu));
-}
-
-static int open_device(void **state) {
-    static const VkDescriptorType types[] = {
-        VK_DESCRIPTOR_TYPE_STORAGE_BUFFER, VK_DESCRIPTOR_TYPE_STORAGE_BUFFER,
-        VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER, VK_DESCRIPTOR_TYPE_STORAGE_IMAGE};
-    gpu_kernel_desc kernel = {.words = shader_math_spirv, .size_bytes = sizeof shader_math_spirv, .types = types,
-                              .type_count = COUNT(types), .push_size = sizeof(push_constants)};
-    gpu_desc desc = {.validation = gpu_validation_available()};
-    VkFormat half = VK_FORMAT_R16G16B16A16_SFLOAT;
-    uint32_t rows = MAX_CASES / SM_WIDTH;
-    char error[256];
-    gpu *g = &device.gpu;
-    (void)state;
-
-    if (!gpu_open(g, &desc, error, sizeof error)) {
-        print_error("%s\n", error);
-        return -1;
-    }
-    require(gpu_kernel_create(g, &kernel, &device.kernel));
-    require(gpu_buffer_create(g, MAX_CASES * SM_INPUTS * sizeof(float), VK_BUFFER_USAGE_STORAGE_BUFFER_BIT,
-                              &device.cases));
-    require(gpu_buffer_create(g, MAX_CASES * SM_OUTPUTS * sizeof(float), VK_BUFFER_USAGE_STORAGE_BUFFER_BIT,
-                              &device.results));
-    require(gpu_image_create(g, SM_WIDTH, rows, half, "guide", &device.guide));
-    require(gpu_image_create(g, SM_WIDTH, rows, half, "half", &device.half));
-    gpu_kernel_bind_buffer(g, &device.kernel, 0, &device.cases);
-    gpu_kernel_bind_buffer(g, &device.kernel, 1, &device.results);
-    gpu_kernel_bind_image(g, &device.kernel, 2, &device.guide);
-    gpu_kernel_bind_image(g, &device.kernel, 3, &device.half);
-    device.in = device.cases.mapped;
-    device.out = device.results.mapped;
-    return 0;
-}
-
-static int close_device(void **state) {
-    gpu *g = &device.gpu;
-    (void)state;
-    gpu_image_destroy(g, &device.guide);
-    gpu_image_destroy(g, &device.half);
-    gpu_buffer_destroy(g, &device.cases);
-    gpu_buffer_destroy(g, &device.results);
-    gpu_kernel_destroy(g, &device.kernel);
-    gpu_close(g);
-    return 0;
-}
-
-static float *case_in(size_t i) {
-    return device.in + i * SM_INPUTS;
-}
-
-static const float *case_out(size_t i) {
-    return device.out + i * SM_OUTPUTS;
-}
-
-/* Evaluates `operation` on the first `count` cases. */
-static void run(uint32_t operation, uint32_t count) {
-    push_constants push = {operation, count};
-    assert_true(count <= MAX_CASES);
-    require(gpu_begin(&device.gpu) != NULL);
-    gpu_kernel_dispatch(&device.gpu, &device.kernel, &push, sizeof push, (count + SM_GROUP - 1) / SM_GROUP, 1, 1);
-    require(gpu_submit_and_wait(&device.gpu));
-}
-
-static void set_case(size_t i, size_t first, size_t count, const float *values) {
-    memcpy(case_in(i) + first, values, count * sizeof *values);
-}
-
-static void clear_cases(size_t count) {
-    memset(device.in, 0, count * SM_INPUTS * sizeof *device.in);
-}
-
-static void to_doubles(const float *in, double *out, size_t count) {
-    for (size_t i = 0; i < count; ++i) out[i] = in[i];
-}
+/* Functions of nrd_shaders/nrd.glsl for guides, hit distances, radiance and material against double precision, and the
+   bounds, tables and vectors that its comments promise. Prints the worst error per function. */
+#include "shader_math_rig.h"
 
 /* ---- inputs ---------------------------------------------------------------------------------------------------- */
-
-static uint32_t random_state;
-
-/* PCG, 32 bits of output (O'Neill 2014). */
-static uint32_t random_u32(void) {
-    uint32_t s = random_state = random_state * 747796405u + 2891336453u;
-    uint32_t word = ((s >> ((s >> 28) + 4)) ^ s) * 277803737u;
-    return (word >> 22) ^ word;
-}
-
-static float random_unit(void) {
-    return (float)(random_u32() >> 8) * (1.0f / 16777215.0f);
-}
-
-static float random_between(float low, float high) {
-    return low + (high - low) * random_unit();
-}
-
-static float random_log(float low, float high) {
-    return (float)exp(log(low) + log(high / low) * random_unit());
-}
-
-/* One of the edge values in a quarter of all cases. */
-static float edge_or(float value, const float *edges, size_t count) {
-    return random_u32() % 4 ? value : edges[random_u32() % count];
-}
-
-static float pick_unit(void) {
-    static const float edges[] = {0.0f, 1.0f, 0.5f, 1e-3f, 1e-20f, 1e-40f, 0.999999f};
-    return edge_or(random_unit(), edges, COUNT(edges));
-}
-
-static float pick_roughness_or_bad(void) {
-    static const float edges[] = {0.0f, 1.0f, 0.003f, 1e-40f, -0.5f, 2.0f, NAN, INFINITY, -INFINITY};
-    return edge_or(random_unit(), edges, COUNT(edges));
-}
-
-static float pick_hit_dist(void) {
-    static const float edges[] = {0.0f,     -0.0f, -1.0f,   1e-30f, 65503.0f, 65504.0f,
-                                  1e9f, 3.4e38f, NAN, INFINITY, -INFINITY};
-    return edge_or(random_log(1e-4f, 1e5f), edges, COUNT(edges));
-}
-
-static float pick_any(void) {
-    static const float edges[] = {0.0f,     -0.0f,    1.0f,     -1.0f, 1e-40f,  -1e-40f,  5.9e-8f, 6.1e-5f,  65504.0f,
-                                  65519.9f, 65520.0f, -65520.f, 1e9f,  3.4e38f, -3.4e38f, NAN,     INFINITY, -INFINITY};
-    return edge_or(random_log(1e-10f, 1e6f) * (random_u32() % 2 ? 1.0f : -1.0f), edges, COUNT(edges));
-}
-
-static float pick_finite(void) {
-    float value;
-    do value = pick_any();
-    while (!isfinite(value));
-    return value;
-}
-
-static float pick_radiance(void) {
-    static const float edges[] = {0.0f, 1.0f, 1e-30f, 65504.0f};
-    return edge_or(random_log(1e-4f, 1e4f), edges, COUNT(edges));
-}
-
-static float pick_view_z(void) {
-    static const float edges[] = {0.0f, -0.0f, 0.01f, 5e5f, -5e5f};
-    return edge_or(random_log(0.01f, 1e4f) * (random_u32() % 2 ? 1.0f : -1.0f), edges, COUNT(edges));
-}
-
-static void random_direction(float n[3]) {
-    float z = random_between(-1.0f, 1.0f), angle = random_between(0.0f, 6.2831853f);
-    float radius = sqrtf(fmaxf(1.0f - z * z, 0.0f));
-    n[0] = radius * cosf(angle), n[1] = radius * sinf(angle), n[2] = z;
-}
-
-/* Random directions; a quarter are axes, equator directions with z = +0 and -0, and unusable vectors. */
-static void pick_normal(float n[3]) {
-    static const float edges[][3] = {{1, 0, 0},       {-1, 0, 0},           {0, 1, 0},       {0, -1, 0},     {0, 0, 1},
-                                     {0, 0, -1},      {0.6f, 0.8f, 0.0f},   {0.8f, -0.6f, -0.0f}, {0, 0, 0},
-                                     {NAN, 0, 1},     {0, INFINITY, 0},     {0, 0, -INFINITY}};
-    random_direction(n);
-    if (random_u32() % 4 == 0) memcpy(n, edges[random_u32() % COUNT(edges)], sizeof edges[0]);
-}
 
 static void fill_any(float *in) {
     for (int i = 0; i < 4; ++i) in[i] = pick_any();
@@ -278,7 +88,8 @@ static void reference_is_finite(const double *in, double *out) {
 static void reference_sanitize(const double *in, double *out) {
     ref_sanitize_radiance(in, out);
     out[3] = ref_sanitize(in[3], REF_MISS);
-    out[4] = ref_sanitize(in[3], 1.0);
+    for (int i = 0; i < 3; ++i) out[4 + i] = ref_is_finite3(in) ? ref_clamp(in[i], -1.0, 1.0) : 0.0;
+    out[7] = ref_sanitize(in[3], 1.0);
 }
 
 static void reference_round_to_half(const double *in, double *out) {
@@ -390,22 +201,9 @@ static void reference_motion(const double *in, double *out) {
     out[3] = 0.0;
 }
 
-/* ---- comparison ------------------------------------------------------------------------------------------------ */
-
-/* Error of a component: |device - reference| / max(|reference|, floor): relative above `floor`, absolute over `floor`
-   below. `floor` is the size of the terms that cancel in the function. bound 0: equal. */
-typedef struct comparison {
-    const char *name;
-    uint32_t operation;
-    void (*fill)(float *in);
-    void (*reference)(const double *in, double *out);
-    int outputs; /* the first so many are compared */
-    double floor, bound;
-} comparison;
-
 static const comparison comparisons[] = {
     {"is_finite", SM_IS_FINITE, fill_any, reference_is_finite, 2, 1.0, 0.0},
-    {"sanitize_radiance, _hit_dist", SM_SANITIZE, fill_any, reference_sanitize, 5, 1e-30, 0.0},
+    {"sanitize_radiance, _direction, ..", SM_SANITIZE, fill_any, reference_sanitize, 8, 1e-30, 0.0},
     {"round_to_half", SM_ROUND_TO_HALF, fill_finite, reference_round_to_half, 7, 1e-30, 0.0},
     {"encode_normal_roughness", SM_ENCODE_NORMAL_ROUGHNESS, fill_surface, reference_encode, 4, 1.0, 5e-7},
     {"decode_normal_roughness", SM_DECODE_NORMAL_ROUGHNESS, fill_texel, reference_decode, 6, 1.0, 1e-6},
@@ -429,56 +227,9 @@ static const comparison comparisons[] = {
     {"motion_2_5d", SM_MOTION, fill_motion, reference_motion, 7, 1.0, 2e-6},
 };
 
-static double error_of(double device_value, double reference_value, double floor) {
-    if (device_value == 0 && fabs(reference_value) < FLT_MIN) return 0.0; /* a device may flush denormals */
-    double error = fabs(device_value - reference_value) / fmax(fabs(reference_value), floor);
-    return isnan(error) ? INFINITY : error;
-}
-
-static void print_case(const comparison *c, size_t i, const double *expected) {
-    print_error("%s, case %zu\n  in ", c->name, i);
-    for (int k = 0; k < SM_INPUTS; ++k) print_error(" %.9g", case_in(i)[k]);
-    print_error("\n  device ");
-    for (int k = 0; k < c->outputs; ++k) print_error(" %.9g", case_out(i)[k]);
-    print_error("\n  double ");
-    for (int k = 0; k < c->outputs; ++k) print_error(" %.9g", expected[k]);
-    print_error("\n");
-}
-
-static double error_of_case(const comparison *c, size_t i, double *expected) {
-    double in[SM_INPUTS], worst = 0.0;
-    to_doubles(case_in(i), in, SM_INPUTS);
-    memset(expected, 0, SM_OUTPUTS * sizeof *expected);
-    c->reference(in, expected);
-    for (int k = 0; k < c->outputs; ++k) worst = fmax(worst, error_of(case_out(i)[k], expected[k], c->floor));
-    return worst;
-}
-
-static bool compare(const comparison *c) {
-    double expected[SM_OUTPUTS], worst = 0.0;
-    size_t worst_case = 0;
-    random_state = 12345;
-    clear_cases(RANDOM_CASES);
-    for (size_t i = 0; i < RANDOM_CASES; ++i) c->fill(case_in(i));
-    run(c->operation, RANDOM_CASES);
-    for (size_t i = 0; i < RANDOM_CASES; ++i) {
-        double error = error_of_case(c, i, expected);
-        if (error > worst) worst = error, worst_case = i;
-    }
-    print_message("  %-34s %9.2e   %9.2e\n", c->name, worst, c->bound);
-    if (worst <= c->bound) return true;
-    error_of_case(c, worst_case, expected);
-    print_case(c, worst_case, expected);
-    return false;
-}
-
 static void every_function_agrees_with_double_precision(void **state) {
-    size_t failures = 0;
     (void)state;
-    print_message("  %-34s %9s   %9s   (%u cases each)\n", "function", "worst", "bound", RANDOM_CASES);
-    for (size_t i = 0; i < COUNT(comparisons); ++i)
-        if (!compare(&comparisons[i])) ++failures;
-    assert_int_equal(failures, 0);
+    compare_all(comparisons, COUNT(comparisons));
 }
 
 /* ---- normal and roughness through storage ---------------------------------------------------------------------- */
@@ -640,13 +391,6 @@ static void roughness_zero_keeps_the_sign_of_z_in_ten_bits(void **state) {
     run(SM_ENCODE_NORMAL_ROUGHNESS, 2);
     assert_int_equal(code_of(case_out(0)[2], 0.0, 1023.0), 513);
     assert_int_equal(code_of(case_out(1)[2], 0.0, 1023.0), 510);
-}
-
-static void assert_near(const float *actual, const double *expected, size_t count, double tolerance) {
-    for (size_t i = 0; i < count; ++i) {
-        if (fabs(actual[i] - expected[i]) <= tolerance) continue;
-        fail_msg("component %zu is %.9g, expected %.9g within %g", i, actual[i], expected[i], tolerance);
-    }
 }
 
 static void normals_pack_to_the_documented_texels(void **state) {
@@ -938,12 +682,6 @@ static void motion_points_to_the_previous_position(void **state) {
     run(SM_MOTION, 2);
     assert_near(case_out(0), expected, 3, 1e-6);
     assert_near(case_out(1), off_screen, 3, 1e-6);
-}
-
-static void validation_layer_has_no_complaint(void **state) {
-    (void)state;
-    if (!gpu_validation_available()) skip();
-    assert_int_equal(gpu_message_count(&device.gpu), 0);
 }
 
 int main(void) {
