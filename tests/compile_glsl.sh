@@ -135,11 +135,12 @@ compile "for the capability check" comp 450 "" nrd.glsl
 spirv-dis "$work/out.spv" > "$work/log" 2>&1 && ! grep OpCapability "$work/log" | grep -qv 'OpCapability Shader$'
 report $? "spirv-dis        needs no capability but Shader"
 
-# Every function, struct and macro carries the prefix.
-grep -nE '^[a-z].*\(|^NRDI_[A-Z]+[ (]|^struct |^ *#define ' nrd_shaders/nrd.glsl |
-    grep -vE '^[0-9]+:((NRDI_FN )?[a-z0-9_]+ nrdi?_[a-z0-9_]+\(|NRDI_STRUCT\(nrd_[a-z]+\)| *#define NRDI?_)' > "$work/log"
+# Every function, struct and macro carries the prefix, and all but the overloads at the end are marked for C.
+sed '/>>overloads/,$d' nrd_shaders/nrd.glsl | grep -nE '^[a-z][a-z0-9]* [a-z0-9_]*\(|^struct ' > "$work/log"
+grep -nE '^[a-zA-Z].*\(|^ *#define ' nrd_shaders/nrd.glsl |
+    grep -vE '^[0-9]+:((NRDI_FN )?[a-z0-9_]+ nrdi?_[a-z0-9_]+\(|NRDI_STRUCT\(nrd_[a-z]+\)| *#define NRDI?_)' >> "$work/log"
 [ ! -s "$work/log" ]
-report $? "grep             every name starts with nrd_ or nrdi_"
+report $? "grep             every name starts with nrd_ or nrdi_, every function with NRDI_FN"
 
 # ---- C and C++
 cat > "$work/engine.h" <<'C'
@@ -168,6 +169,8 @@ static float use(void)
 int main(void) { return use() > 0.0f ? 0 : 1; }
 C
 cp "$work/engine.c" "$work/engine.cpp"
+printf '#define NRD_IMPLEMENTATION\n#include "nrd.h"\n#include "nrd_shaders/nrd_c.h"\nint main(void) { return NRD_NORMAL_FORMAT_RGB10A2_UNORM; }\n' > "$work/after.c"
+printf '#include "nrd_shaders/nrd_c.h"\n#define NRD_IMPLEMENTATION\n#include "nrd.h"\nint main(void) { return NRD_NORMAL_FORMAT_RGB10A2_UNORM; }\n' > "$work/before.c"
 
 for compiler in gcc clang g++ clang++; do
     if ! command -v $compiler > /dev/null; then
@@ -182,6 +185,10 @@ for compiler in gcc clang g++ clang++; do
     $compiler -Wall -Wextra -pedantic -Werror "-I$work" -Inrd_shaders $options -o "$work/engine" -lm > "$work/log" 2>&1 &&
         "$work/engine"
     report $? "$compiler compiles and runs nrd_c.h beside an engine's macros"
+done
+for order in before after; do
+    gcc -std=c99 -Wall -Wextra -pedantic -Werror -I. -c "$work/$order.c" -o "$work/engine.o" > "$work/log" 2>&1
+    report $? "gcc compiles nrd_c.h $order nrd.h"
 done
 
 echo "compile_glsl: $passed passed, $failed failed"

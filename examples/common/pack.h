@@ -1,4 +1,4 @@
-/* pack.h: texels of the denoisers' inputs and outputs, packed on the CPU. The C side of nrd_shaders/nrd.glsl, in the
+/* pack.h: texels of the denoisers' inputs and outputs, packed on the CPU by the functions of nrd_shaders/nrd.glsl, in the
    formats an engine would use; what a shader would round, is rounded to nearest here. */
 #ifndef EXAMPLES_PACK_H
 #define EXAMPLES_PACK_H
