@@ -32,7 +32,8 @@ submake  = $(MAKE) --no-print-directory $(if $(filter -j%,$(MAKEFLAGS)),,-j$(she
 
 modules  := $(shell sed -n 's/^\([a-z][a-z0-9_]*\) .*/\1/p' nrd_shaders/modules.txt)
 spv      := $(modules:%=$B/spv/%.spv)
-embedded := $B/nrd_spirv.h $B/trace_spv.h $B/tests/shader_math_spirv.h $B/tests/shader_math_debug_spirv.h
+embedded := $B/nrd_spirv.h $B/trace_spv.h $B/tests/shader_math_spirv.h $B/tests/shader_math_debug_spirv.h \
+            $B/raygen_spv.h
 objects   = $(patsubst %.c,$B/obj/%.o,$(wildcard $1))
 programs := $B/minimal $(patsubst examples/nrd_%.c,$B/nrd-%,$(wildcard examples/nrd_*.c))
 tests    := $(patsubst tests/%.c,$B/tests/%,$(wildcard tests/test_*.c))
@@ -79,12 +80,21 @@ $B/trace_spv.h $B/tests/shader_math_spirv.h $B/tests/shader_math_debug_spirv.h: 
 	$Q$(GLSL) --vn $(basename $(@F)) $(firstword $(filter %.comp,$^)) -o $@
 	@$(end_deps)
 
+# The shaders of examples/raygen, one array each. Ray tracing stages need SPIR-V 1.4.
+raygen := loop.comp compose.comp primary.rgen surface.rchit sky.rmiss
+$(raygen:%=$B/raygen/%.h): $B/raygen/%.h: examples/raygen/% Makefile
+	@echo "glsl $<"; mkdir -p $(@D)
+	$Q$(GLSL) $(if $(filter %.comp,$<),,--target-env spirv1.4) --vn $(subst .,_,$(<F)) $< -o $@
+	@$(end_deps)
+$B/raygen_spv.h: $(raygen:%=$B/raygen/%.h)
+	@sed 's/^const/static const/; /#pragma once/d' $^ > $@
+
 # ---- C
 $B/obj/%.o: %.c Makefile | $(embedded)
 	@echo "cc   $<"; mkdir -p $(@D)
 	$Q$(CC) $(ALL_CFLAGS) -MMD -MP $(INCLUDES) -c $< -o $@
 
-$B/libexamples.a: $(call objects,examples/common/*.c)
+$B/libexamples.a: $(call objects,examples/common/*.c examples/raygen/*.c)
 $B/libtracer.a: $(call objects,examples/scenes/*.c examples/tracer/*.c)
 $(archives):
 	$Qrm -f $@ && ar rcs $@ $^

@@ -389,7 +389,7 @@ static bool create_runtime(denoise *d)
 
 static bool create_parts(denoise *d, const capture *frame)
 {
-    gpu_desc device = { d->desc.device_index, d->desc.validate, d->desc.validate };
+    gpu_desc device = { .device_index = d->desc.device_index, .validation = d->desc.validate, .sync_validation = d->desc.validate };
     char reason[256];
     if (!gpu_open(&d->g, &device, reason, sizeof reason)) {
         snprintf(d->sink.text, d->sink.size, "cannot open a Vulkan device: %s", reason);

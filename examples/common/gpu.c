@@ -187,11 +187,16 @@ static bool choose_family(gpu *g)
     return fail(g, "device %s has no compute queue", g->properties.deviceName);
 }
 
-static bool create_device(gpu *g)
+static bool create_device(gpu *g, const gpu_desc *desc)
 {
     float priority = 1.0f;
     VkDeviceQueueCreateInfo queue = {VK_STRUCTURE_TYPE_DEVICE_QUEUE_CREATE_INFO, NULL, 0, g->family, 1, &priority};
-    VkDeviceCreateInfo info = {VK_STRUCTURE_TYPE_DEVICE_CREATE_INFO, NULL, 0, 1, &queue, 0, NULL, 0, NULL, NULL};
+    VkDeviceCreateInfo info = {.sType = VK_STRUCTURE_TYPE_DEVICE_CREATE_INFO,
+                               .pNext = desc->features,
+                               .queueCreateInfoCount = 1,
+                               .pQueueCreateInfos = &queue,
+                               .enabledExtensionCount = desc->extension_count,
+                               .ppEnabledExtensionNames = desc->extensions};
     if (!check(g, g->fn.vkCreateDevice(g->physical, &info, NULL, &g->device), "vkCreateDevice")) return false;
     keep_driver_mapped();
     if (!load_device_functions(g)) return false;
@@ -225,7 +230,7 @@ static bool open_all(gpu *g, const gpu_desc *desc)
     if (validation && !layer_is_listed(g->get_instance_proc))
         return fail(g, "validation was asked for, but " VALIDATION_LAYER " is not installed");
     return create_instance(g, validation, desc->sync_validation) && load_instance_functions(g) &&
-           choose_device(g, desc->device_index) && choose_family(g) && create_device(g) && create_common_objects(g);
+           choose_device(g, desc->device_index) && choose_family(g) && create_device(g, desc) && create_common_objects(g);
 }
 
 bool gpu_open(gpu *g, const gpu_desc *desc, char *error, size_t error_size)

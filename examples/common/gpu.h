@@ -1,7 +1,7 @@
 /* gpu.h - the Vulkan that the examples and tests stand on: one device, one compute queue, blocking transfers.
 
    The loader is opened with dlopen("libvulkan.so.1"), nothing is linked; only Vulkan 1.1 core is used and no
-   device feature or extension is enabled. A `gpu` must not be moved in memory between gpu_open and gpu_close,
+   device feature or extension is enabled but those that gpu_desc names. A `gpu` must not be moved in memory between gpu_open and gpu_close,
    and is used by one thread at a time.
 
    Functions that return bool return false on failure, write nothing to their out-parameters then, and leave a
@@ -99,6 +99,9 @@ typedef struct gpu_desc {
     int device_index;     /* position in vkEnumeratePhysicalDevices; 0 or negative: the first */
     bool validation;      /* Khronos validation layer; gpu_open fails where the layer is absent */
     bool sync_validation; /* implies validation; also checks hazards within and between submits */
+    const char *const *extensions; /* of the device; gpu_open fails where one is absent */
+    uint32_t extension_count;
+    const void *features; /* becomes VkDeviceCreateInfo.pNext */
 } gpu_desc;
 
 /* Host-visible, coherent, persistently mapped. */
