@@ -116,8 +116,8 @@ endef
 $(foreach folder,$B $B/gpu,$(eval $(call program_rules,$(folder))))
 
 gpu: $(gpu)
-	@ldd $(gpu) | awk '$$2 == "=>" && $$1 !~ /^(libc|libm|libdl|libpthread|librt)\.so/ { print $$3 }' | sort -u | \
-	    xargs cp -uLt $B/gpu && du -sh $B/gpu
+	@ldd $(gpu) | awk '$$2 == "=>" && $$1 !~ /^(libc|libm|libdl|libpthread|librt)\.so/ && !index($$3, "/$B/gpu/") { print $$3 }' | sort -u | \
+	    xargs -r cp -uLt $B/gpu && du -sh $B/gpu
 
 # ---- what one runs
 check:
