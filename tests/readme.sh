@@ -20,7 +20,7 @@ report() { # result, name
     fi
 }
 
-# The first code block of a language after a heading: lines that begin with # into $work/head, the others into $work/body.
+# The first code block of a language after a heading: into $work/block; lines that begin with # into $work/head, the others into $work/body.
 extract() { # heading, language
     awk -v heading="$1" -v fence="\`\`\`$2" '$0 ~ "^#+ " heading "$" { below = 1; next }
         below && $0 == fence { inside = 1; below = 0; next }
@@ -36,40 +36,52 @@ ray_gen_engine() {
     cat <<'GLSL'
 layout(set = 0, binding = 0, rgba16f) uniform writeonly image2D in_diff_radiance_hitdist;
 layout(set = 0, binding = 1, rgb10_a2) uniform writeonly image2D in_normal_roughness;
-layout(set = 0, binding = 2) uniform hits {
-    vec3 normal, to_camera, albedo, rf0, radiance;
-    float roughness, hit_dist, view_z;
+layout(set = 0, binding = 2, rgba16f) uniform writeonly image2D in_mv;
+layout(set = 0, binding = 3, r32f) uniform writeonly image2D in_viewz;
+layout(set = 0, binding = 4, rgba16f) uniform writeonly image2D diffuse_factors;
+layout(set = 0, binding = 5, rgba16f) uniform writeonly image2D emissions;
+struct surface {
+    vec3 position, position_prev, normal, to_camera, albedo, rf0, emission;
+    float roughness;
     uint material_id;
 };
+layout(set = 0, binding = 6) uniform frame {
+    mat4 world_to_view, view_to_clip, world_to_view_prev, view_to_clip_prev;
+    surface hit;
+    uint paths_per_pixel;
+};
+vec3 trace_diffuse_path(surface s, uint path, out float hit_dist)
+{
+    hit_dist = 1.0;
+    return s.albedo;
+}
 GLSL
 }
 
 composition_engine() {
     cat <<'GLSL'
 layout(set = 0, binding = 0) uniform sampler2D out_diff_radiance_hitdist;
-layout(set = 0, binding = 1) uniform surfaces { vec3 diffuse_factor, emission; };
+layout(set = 0, binding = 1) uniform sampler2D in_viewz;
+layout(set = 0, binding = 2) uniform sampler2D diffuse_factors;
+layout(set = 0, binding = 3) uniform sampler2D emissions;
+layout(set = 0, binding = 4) uniform frame { float denoising_range; };
 GLSL
 }
 
-# A shader around the block: what it includes, what the engine declares, and the block inside main().
-compile_glsl() { # stage, function that prints the engine's declarations, what main() begins with, what it ends with
+# A shader around the block: what the engine declares before it, and what main() calls.
+compile_glsl() { # stage, function that prints the engine's declarations, body of main()
     {
         echo "#version 460"
         echo "#extension GL_GOOGLE_include_directive : require"
         case $1 in
             rgen) echo "#extension GL_EXT_ray_tracing : require" ;;
-            comp) echo "layout(local_size_x = 8, local_size_y = 8) in;" ;;
+            comp) echo "layout(local_size_x = 8, local_size_y = 8) in;"
+                  echo "layout(set = 0, binding = 5, rgba16f) uniform writeonly image2D out_color;" ;;
             frag) echo "layout(location = 0) out vec4 out_color;" ;;
         esac
-        if [ "$1" = comp ]; then echo "layout(set = 0, binding = 2, rgba16f) uniform writeonly image2D out_color;"; fi
-        cat "$work/head"
         "$2"
-        echo "void main()"
-        echo "{"
-        echo "ivec2 pixel = $3;"
-        cat "$work/body"
-        echo "$4"
-        echo "}"
+        cat "$work/block"
+        echo "void main() { $3 }"
     } > "$work/shader.$1"
     glslangValidator --target-env vulkan1.2 -Inrd_shaders -V "$work/shader.$1" -o "$work/shader.spv" > "$work/log" 2>&1
     status=$?
@@ -78,12 +90,12 @@ compile_glsl() { # stage, function that prints the engine's declarations, what m
 }
 
 : > "$work/log"
-extract "In your ray-gen shader" glsl && compile_glsl rgen ray_gen_engine "ivec2(gl_LaunchIDEXT.xy)" ""
+extract "In your ray-gen shader" glsl && compile_glsl rgen ray_gen_engine "write_denoiser_inputs(ivec2(gl_LaunchIDEXT.xy), hit);"
 report $? "the ray-gen block compiles"
-extract "In your composition shader" glsl && compile_glsl frag composition_engine "ivec2(gl_FragCoord.xy)" "out_color = vec4(color, 1.0);"
+extract "In your composition shader" glsl && compile_glsl frag composition_engine "out_color = vec4(compose(ivec2(gl_FragCoord.xy)), 1.0);"
 report $? "the composition block compiles in a fragment shader"
 extract "In your composition shader" glsl &&
-    compile_glsl comp composition_engine "ivec2(gl_GlobalInvocationID.xy)" "imageStore(out_color, pixel, vec4(color, 1.0));"
+    compile_glsl comp composition_engine "ivec2 p = ivec2(gl_GlobalInvocationID.xy); imageStore(out_color, p, vec4(compose(p), 1.0));"
 report $? "the composition block compiles in a compute shader"
 
 # Preprocessor lines at file scope, the others as the body of a function that is given what the engine has.
