@@ -24,12 +24,16 @@ static const char usage[] =
     "  --frames N       default 64\n"
     "  --paths N        per pixel; default 1\n"
     "  --reference N    traces the last frame again with N paths per pixel and prints the errors against that\n"
+    "  --without WHAT   mirrors: they stay the primary surface; strands: hair is guided by its faces; mix: hit distances of\n"
+    "                   indirect light only. May be given several times\n"
+    "  --prepass PX     radius of the denoiser's pre-pass, which hit distances steer; default 0\n"
     "  --compute        without ray tracing hardware: the same paths in a compute shader\n"
     "  --validate       under the Khronos validation layer; its messages are failures\n";
 
 typedef struct options {
     const char *out;
-    long width, height, frames, paths, reference;
+    long width, height, frames, paths, reference, prepass;
+    uint32_t without; /* RAYGEN_MIRRORS, ... */
     bool compute, validate;
 } options;
 
@@ -174,8 +178,12 @@ static bool create_denoiser(void)
                       .denoisers = list,
                       .denoiser_count = 1,
                       .normal_encoding = NRD_NORMAL_FORMAT_RGBA16_SNORM,
+                      .features = opt.prepass ? NRD_FEATURE_PREPASS : 0,
                       .message = print_message };
-    if (nrd_create(&desc, &denoiser) != NRD_RESULT_OK) return say("nrd_create failed");
+    nrd_reblur_settings settings = nrd_reblur_defaults();
+    settings.diffuse_prepass_blur_radius = (float)opt.prepass;
+    if (nrd_create(&desc, &denoiser) != NRD_RESULT_OK || nrd_set_settings(denoiser, 0, &settings) != NRD_RESULT_OK)
+        return say("the denoiser refused its description");
     nrd_vk_desc vk = { .instance = denoiser,
                        .vk_instance = g.instance,
                        .physical = g.physical,
@@ -195,6 +203,7 @@ static raygen_frame place_scene(uint32_t index, uint32_t seed, uint32_t paths)
     raygen_frame frame = raygen_scene_frame(index, (uint32_t)opt.width, (uint32_t)opt.height);
     frame.box_count = raygen_scene_boxes(index, boxes);
     frame.seed = seed;
+    frame.options = (RAYGEN_MIRRORS | RAYGEN_STRANDS | RAYGEN_MIX) & ~opt.without;
     frame.paths = paths;
     memcpy(frame_buffer.mapped, &frame, sizeof frame);
     memcpy(box_buffer.mapped, boxes, frame.box_count * sizeof *boxes);
@@ -297,47 +306,60 @@ static bool write_picture(void)
     return ok;
 }
 
-/* Adds the luma of an image of (Y, Co, Cg, w) texels to `sum`, times `weight`. */
+/* Adds the luma (Rec. 709) of an image of linear colours to `sum`, times `weight`. */
 static bool add_luma(int image, double weight, double *sum, uint16_t *texels)
 {
     if (!gpu_download(&g, &images[image], texels)) return say(gpu_error(&g));
-    for (size_t i = 0; i < (size_t)opt.width * (size_t)opt.height; i++) sum[i] += weight * half_to_float(texels[4 * i]);
+    for (size_t i = 0; i < (size_t)opt.width * (size_t)opt.height; i++) {
+        const uint16_t *t = texels + 4 * i;
+        sum[i] += weight * (0.2126 * half_to_float(t[0]) + 0.7152 * half_to_float(t[1]) + 0.0722 * half_to_float(t[2]));
+    }
     return true;
 }
 
+/* The last frame composed from many paths, without the denoiser. */
 static bool trace_reference(double *luma, uint16_t *texels)
 {
+    uint32_t w = (uint32_t)opt.width, h = (uint32_t)opt.height;
     long rounds = (opt.reference + REFERENCE_PATHS - 1) / REFERENCE_PATHS;
+    opt.without = 0;
     for (long i = 0; i < rounds; i++) {
         raygen_frame scene = place_scene((uint32_t)opt.frames - 1, 1 + (uint32_t)i, REFERENCE_PATHS);
         VkCommandBuffer cmd = gpu_begin(&g);
         if (!cmd) return say(gpu_error(&g));
         record_trace(cmd, scene.box_count);
+        gpu_kernel_dispatch(&g, &compose_kernel, NULL, 0, (w + 7) / 8, (h + 7) / 8, 1);
         if (!gpu_submit_and_wait(&g)) return say(gpu_error(&g));
-        if (!add_luma(NOISY, 1.0 / (double)rounds, luma, texels)) return false;
+        if (!add_luma(NOISY_COLOR, 1.0 / (double)rounds, luma, texels)) return false;
         cli_progress("reference", (int)i + 1, (int)rounds);
     }
     return true;
 }
 
-static double relative_error(const double *value, const double *truth)
+/* Mean of the relative squared errors over the pixels that show a RAYGEN_SHOWS_..., or over all. */
+static double relative_error(const double *value, const double *truth, const uint16_t *factors, int shows)
 {
-    double sum = 0;
-    size_t pixels = (size_t)opt.width * (size_t)opt.height;
-    for (size_t i = 0; i < pixels; i++) sum += (value[i] - truth[i]) * (value[i] - truth[i]) / (truth[i] * truth[i] + 0.01);
-    return sum / (double)pixels;
+    double sum = 0, count = 0;
+    for (size_t i = 0; i < (size_t)opt.width * (size_t)opt.height; i++) {
+        if (shows != RAYGEN_SHOWS_SOLID && half_to_float(factors[4 * i + 3]) != (float)shows) continue;
+        sum += (value[i] - truth[i]) * (value[i] - truth[i]) / (truth[i] * truth[i] + 0.01);
+        count++;
+    }
+    return count > 0 ? sum / count : 0;
 }
 
 static bool print_errors(void)
 {
+    static const char *const names[] = { "whole picture", "mirrors", "strands" };
     size_t pixels = (size_t)opt.width * (size_t)opt.height;
     double *noisy = calloc(3 * pixels, sizeof *noisy), *denoised = noisy + pixels, *truth = denoised + pixels;
     uint16_t *texels = malloc(pixels * 4 * sizeof *texels);
     bool ok = (noisy && texels) || say("out of memory");
-    ok = ok && add_luma(NOISY, 1, noisy, texels) && add_luma(DENOISED, 1, denoised, texels) && trace_reference(truth, texels);
-    if (ok)
-        printf("relative squared error of diffuse light: noisy %.4f, denoised %.4f\n", relative_error(noisy, truth),
-               relative_error(denoised, truth));
+    ok = ok && add_luma(NOISY_COLOR, 1, noisy, texels) && add_luma(COLOR, 1, denoised, texels) && trace_reference(truth, texels);
+    ok = ok && (gpu_download(&g, &images[FACTOR], texels) || say(gpu_error(&g)));
+    for (int i = RAYGEN_SHOWS_SOLID; ok && i <= RAYGEN_SHOWS_STRAND; i++)
+        printf("relative squared error, %s: noisy %.4f, denoised %.4f\n", names[i], relative_error(noisy, truth, texels, i),
+               relative_error(denoised, truth, texels, i));
     free(noisy);
     free(texels);
     return ok;
@@ -353,13 +375,27 @@ static bool parse_size(const char *text)
     return *end == 0 && opt.width >= 16 && opt.width <= 8192 && opt.height >= 16 && opt.height <= 8192;
 }
 
+static bool parse_without(const char *text)
+{
+    static const char *const names[] = { "mirrors", "strands", "mix" };
+    for (uint32_t i = 0; i < 3; i++) {
+        if (strcmp(text, names[i]) != 0) continue;
+        opt.without |= 1u << i;
+        return true;
+    }
+    return false;
+}
+
 /* 0: goes on; otherwise the exit status plus 1. */
 static int parse(int argc, char **argv)
 {
     static const struct {
         const char *name;
         long *value, low;
-    } numbers[] = { { "--frames", &opt.frames, 1 }, { "--paths", &opt.paths, 1 }, { "--reference", &opt.reference, 0 } };
+    } numbers[] = { { "--frames", &opt.frames, 1 },
+                    { "--paths", &opt.paths, 1 },
+                    { "--reference", &opt.reference, 0 },
+                    { "--prepass", &opt.prepass, 0 } };
     for (int i = 1; i < argc; i++) {
         const char *name = argv[i], *value;
         bool known = true;
@@ -367,12 +403,15 @@ static int parse(int argc, char **argv)
         if (strcmp(name, "--compute") == 0) opt.compute = true;
         else if (strcmp(name, "--validate") == 0) opt.validate = true;
         else if (strncmp(name, "--", 2) != 0) opt.out = name;
-        else if (strcmp(name, "--size") == 0) {
+        else if (strcmp(name, "--without") == 0) {
+            if (!(value = cli_value(argc, argv, &i)) || !parse_without(value))
+                return 1 + cli_fail("nrd-raygen", "--without is mirrors, strands or mix");
+        } else if (strcmp(name, "--size") == 0) {
             if (!(value = cli_value(argc, argv, &i)) || !parse_size(value))
                 return 1 + cli_fail("nrd-raygen", "--size is WxH, 16x16 to 8192x8192");
         } else {
             known = false;
-            for (int k = 0; k < 3 && !known; k++) {
+            for (int k = 0; k < 4 && !known; k++) {
                 if (strcmp(name, numbers[k].name) != 0) continue;
                 known = true;
                 if (!(value = cli_value(argc, argv, &i)) || !cli_integer(value, numbers[k].low, 1000000, numbers[k].value))

@@ -111,11 +111,13 @@
 // >>language: what differs between GLSL and C; nrd_c.h defines the C side
 //----------------------------------------------------------------------------------------------------------------------
 
+// `precise` stands where compilers would reassociate constants: results are the same with and without optimisation.
+
 #ifndef NRDI_C
 #define NRDI_FN
 #define NRDI_STRUCT(name) struct name
 #define NRDI_RESULT(type) out type // an output parameter, ..
-#define NRDI_TO(name) name      // .. and where it is assigned
+#define NRDI_TO(name) name         // .. and where it is assigned
 #define NRDI_UINT(x) uint(x)
 #define NRDI_FLOAT(x) float(x)
 #endif
@@ -321,7 +323,7 @@ NRDI_FN nrd_surface nrd_decode_normal_roughness(vec4 texel, uint normal_encoding
         n = nrdi_decode_octahedral(nrdi_xyz(texel));
 
     nrd_surface surface;
-    surface.normal = nrdi_scale(n, inversesqrt(max(nrdi_dot(n, n), 1e-9f)));
+    surface.normal = nrdi_scale(n, inversesqrt(max(nrdi_dot(n, n), 1e-9f))); // a sum would be reassociated
     surface.roughness = nrd_decode_roughness(octahedral ? texel.z : texel.w, normal_encoding, roughness_encoding);
     surface.material_id = octahedral ? NRDI_UINT(clamp(texel.w, 0.0f, 1.0f) * 3.0f + 0.5f) : 0u;
     return surface;
@@ -438,8 +440,8 @@ NRDI_FN vec2 nrd_path_hit_dist_begin(void)
 NRDI_FN vec2 nrd_path_hit_dist_add(vec2 accumulated, float segment, float roughness)
 {
     bool valid = !nrdi_is_nan(segment) && segment > 0.0f;
-    float distance = accumulated.x + (valid ? accumulated.y * min(segment, NRD_HIT_DIST_MISS) : 0.0f);
-    return vec2(distance, accumulated.y * exp2(-200.0f * roughness * roughness));
+    float so_far = accumulated.x + (valid ? accumulated.y * min(segment, NRD_HIT_DIST_MISS) : 0.0f);
+    return vec2(so_far, accumulated.y * exp2(-200.0f * roughness * roughness));
 }
 
 // Units, [0,65504]; 0 (not sampled) if nothing valid was added.
@@ -842,11 +844,11 @@ NRDI_FN float nrdi_pow5(float one_minus_cosine)
 }
 
 // Integral over the sphere of the product of two lobes amplitude exp(sharpness (axis direction - 1)): amplitudes
-// multiplied into one, `length` = |sharpness_1 axis_1 + sharpness_2 axis_2|, `sum` = sharpness_1 + sharpness_2.
-NRDI_FN float nrdi_sg_product_integral(float amplitude, float length, float sum)
+// multiplied into one, reach = |sharpness_1 axis_1 + sharpness_2 axis_2|, sum = sharpness_1 + sharpness_2.
+NRDI_FN float nrdi_sg_product_integral(float amplitude, float reach, float sum)
 {
-    float l = max(length, NRDI_EPSILON);
-    precise float front = (length - sum) * NRDI_LOG2_E;
+    float l = max(reach, NRDI_EPSILON);
+    precise float front = (reach - sum) * NRDI_LOG2_E;
     precise float back = l * (-2.0f * NRDI_LOG2_E);
     precise float integral = 2.0f * NRDI_PI * amplitude * exp2(front) * (1.0f - exp2(back)) / l;
     return integral;

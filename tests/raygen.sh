@@ -27,7 +27,7 @@ render() { # options...
 
 # Denoising took at least two thirds of the error.
 is_better() {
-    sed -n 's/.*noisy \([0-9.]*\), denoised \([0-9.]*\)$/\1 \2/p' "$work/log" | awk '{ n++; bad += !($2 > 0 && $2 < $1 / 3) } END { exit n != 1 || bad }'
+    sed -n 's/.*whole picture: noisy \([0-9.]*\), denoised \([0-9.]*\)$/\1 \2/p' "$work/log" | awk '{ n++; bad += !($2 > 0 && $2 < $1 / 3) } END { exit n != 1 || bad }'
 }
 
 render --compute && [ -s "$work/out.png" ] && is_better
@@ -41,7 +41,10 @@ else
     report $? "the ray tracing pipeline's picture has less than a third of its input's error"
 fi
 
-for arguments in "--size 8x8" "--frames 0" "--paths x" "--size" "--unknown 1"; do
+render --compute --without mirrors --without strands --without mix && is_better
+report $? "the options leave a picture with less than a third of its input's error"
+
+for arguments in "--without x" "--size 8x8" "--frames 0" "--paths x" "--size" "--unknown 1"; do
     # shellcheck disable=SC2086 # arguments are words
     ! "$build/nrd-raygen" $arguments > "$work/log" 2>&1 && [ "$(wc -l < "$work/log")" -eq 1 ] && grep -q '^nrd-raygen: .*--' "$work/log"
     report $? "refused with one line that names the option: $arguments"

@@ -2,7 +2,7 @@
 
 #include <string.h>
 
-enum { MATTE, MIRROR, LAMP };
+enum { MATTE, MIRROR, LAMP, STRAND };
 
 #define ROOM_HALF 4.0f
 #define ROOM_HEIGHT 3.5f
@@ -11,6 +11,7 @@ enum { MATTE, MIRROR, LAMP };
 #define LAMP_HALF_Z 0.6f
 #define LAMP_THICKNESS 0.05f
 #define TAN_HALF_FOV_Y 0.5f
+#define STRANDS 28
 
 typedef struct part {
     float center[3], half[3]; /* metres */
@@ -53,11 +54,25 @@ static nrd_vec4 inverse_row(float x, float y, float z, const nrd_vec4 to_world[3
     return nrd_make_vec4(x * scale, y * scale, z * scale, -offset * scale);
 }
 
+/* A tuft of upright strands, each turned its own way, that sways. */
+static part strand(uint32_t index)
+{
+    float golden = 0.618034f * (float)index, u = golden - floorf(golden), v = ((float)index + 0.5f) / STRANDS;
+    float height = 0.45f + 0.1f * u;
+    return (part){ .center = { 2.1f + 0.35f * u, height, -0.6f - 0.35f * v },
+                   .half = { 0.012f, height, 0.012f },
+                   .color = { 0.75f, 0.6f, 0.35f },
+                   .kind = STRAND,
+                   .turn = 6.2831853f * golden,
+                   .swing = 0.03f };
+}
+
 uint32_t raygen_scene_boxes(uint32_t frame_index, raygen_box *boxes)
 {
-    uint32_t count = sizeof parts / sizeof parts[0];
+    uint32_t solid = sizeof parts / sizeof parts[0], count = solid + STRANDS;
     for (uint32_t i = 0; i < count; i++) {
-        const part *p = &parts[i];
+        part one = i < solid ? parts[i] : strand(i - solid);
+        const part *p = &one;
         nrd_vec4 now[3], prev[3];
         place(p, frame_index, now);
         place(p, frame_index ? frame_index - 1 : 0, prev);

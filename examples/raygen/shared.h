@@ -15,7 +15,17 @@
 #define RAYGEN_BIND_SCENE 8 // acceleration structure
 #define RAYGEN_BIND_COUNT 9
 
-#define RAYGEN_MAX_BOXES 32
+#define RAYGEN_MAX_BOXES 64
+
+// raygen_frame.options
+#define RAYGEN_MIRRORS 1u // what a mirror shows replaces it as the primary surface
+#define RAYGEN_STRANDS 2u // the guide normal of a strand comes from its tangent
+#define RAYGEN_MIX 4u     // hit distances of indirect light are mixed with the lamp's
+
+// Alpha of the factors: what a pixel shows, for errors of parts of the picture.
+#define RAYGEN_SHOWS_SOLID 0
+#define RAYGEN_SHOWS_MIRROR 1
+#define RAYGEN_SHOWS_STRAND 2
 
 // Constants of a frame. The camera looks along +z, y is up in view space, clip space is Vulkan's (y down).
 #define RAYGEN_FRAME(X)                                                           \
@@ -38,8 +48,8 @@
     X(uint, seed)            /* of the random numbers */                          \
     X(uint, paths)           /* per pixel */                                      \
     X(uint, box_count)                                                            \
-    X(uint, unused_0)                                                             \
-    X(uint, unused_1)
+    X(uint, options)         /* RAYGEN_MIRRORS, ... */                            \
+    X(uint, unused)
 
 // A box: the cube [-1,1]^3 under an affine map, whose rows are given.
 #define RAYGEN_BOX(X)                                                             \
@@ -52,6 +62,6 @@
     X(vec4, to_box_x)        /* inverse of to_world */                            \
     X(vec4, to_box_y)                                                             \
     X(vec4, to_box_z)                                                             \
-    X(vec4, color)           /* albedo, or reflectance of a mirror; w: 1 mirror, 2 lamp, 0 matte */
+    X(vec4, color)           /* albedo, or reflectance of a mirror; w: 0 matte, 1 mirror, 2 lamp, 3 strand along y */
 
 #endif
