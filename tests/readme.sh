@@ -40,6 +40,8 @@ layout(set = 0, binding = 2, rgba16f) uniform writeonly image2D in_mv;
 layout(set = 0, binding = 3, r32f) uniform writeonly image2D in_viewz;
 layout(set = 0, binding = 4, rgba16f) uniform writeonly image2D diffuse_factors;
 layout(set = 0, binding = 5, rgba16f) uniform writeonly image2D emissions;
+layout(set = 0, binding = 7, rgba16f) uniform writeonly image2D in_spec_radiance_hitdist;
+layout(set = 0, binding = 8, rgba16f) uniform writeonly image2D specular_factors;
 struct surface {
     vec3 position, position_prev, normal, to_camera, albedo, rf0, emission;
     float roughness;
@@ -55,6 +57,11 @@ vec3 trace_diffuse_path(surface s, uint path, out float hit_dist)
     hit_dist = 1.0;
     return s.albedo;
 }
+vec3 trace_specular_path(surface s, uint path, out float hit_dist)
+{
+    hit_dist = NRD_HIT_DIST_MISS;
+    return s.rf0;
+}
 GLSL
 }
 
@@ -65,10 +72,12 @@ layout(set = 0, binding = 1) uniform sampler2D in_viewz;
 layout(set = 0, binding = 2) uniform sampler2D diffuse_factors;
 layout(set = 0, binding = 3) uniform sampler2D emissions;
 layout(set = 0, binding = 4) uniform frame { float denoising_range; };
+layout(set = 0, binding = 6) uniform sampler2D out_spec_radiance_hitdist;
+layout(set = 0, binding = 7) uniform sampler2D specular_factors;
 GLSL
 }
 
-# A shader around the block: what the engine declares before it, and what main() calls.
+# A shader around the block: what it includes, what the engine declares, and what main() calls.
 compile_glsl() { # stage, function that prints the engine's declarations, body of main()
     {
         echo "#version 460"
@@ -79,8 +88,9 @@ compile_glsl() { # stage, function that prints the engine's declarations, body o
                   echo "layout(set = 0, binding = 5, rgba16f) uniform writeonly image2D out_color;" ;;
             frag) echo "layout(location = 0) out vec4 out_color;" ;;
         esac
+        cat "$work/head"
         "$2"
-        cat "$work/block"
+        cat "$work/body"
         echo "void main() { $3 }"
     } > "$work/shader.$1"
     glslangValidator --target-env vulkan1.2 -Inrd_shaders -V "$work/shader.$1" -o "$work/shader.spv" > "$work/log" 2>&1
