@@ -59,7 +59,7 @@ vec3 lamp_light(vec3 position, vec3 normal, out float distance)
     distance = length(to_lamp);
     vec3 direction = to_lamp / distance;
     float cosines = max(dot(normal, direction), 0.0) * max(direction.y, 0.0);
-    if (cosines == 0.0 || !is_visible(position, direction, distance - 2.0 * SURFACE_OFFSET))
+    if (cosines == 0.0 || !is_visible(position, direction, max(distance - 2.0 * SURFACE_OFFSET, 0.0)))
         return vec3(0.0);
     float area = 4.0 * frame.lamp_half.x * frame.lamp_half.z;
     return frame.lamp_radiance.rgb * (cosines * area / (distance * distance * 3.14159265));
