@@ -919,7 +919,7 @@ NRDI_FN vec3 nrd_resolve_diffuse(nrd_sg sg, vec3 normal, vec3 view, float roughn
 // the specular factor (it holds the Fresnel term). roughness: of the pixel, or sg.roughness where the denoiser writes
 // that; below 0.05 it counts as 0.05. Light of sharpness 2 / alpha^2 meets the lobe of normals, warped to the light's
 // directions (Wang et al. 2009, "All-Frequency Rendering of Dynamic, Spatially-Varying Reflectance"); the last factor is
-// a fit that makes light from the front keep its energy.
+// a fit that makes light from the front keep its energy. No light: 0. Light along or behind the surface: Y / pi.
 NRDI_FN vec3 nrd_resolve_specular(nrd_sg sg, vec3 normal, vec3 view, float roughness)
 {
     float r = max(roughness, 0.05f);
@@ -941,14 +941,15 @@ NRDI_FN vec3 nrd_resolve_specular(nrd_sg sg, vec3 normal, vec3 view, float rough
 }
 
 // Share of the mirror direction in the mean direction of a GGX lobe, [0,1]: 1 mirror, 0 rough surface seen from the
-// front (fit of Lagarde & de Rousiers 2014, "Moving Frostbite to Physically Based Rendering", section 4.9.3, refitted).
+// front (fit of Lagarde & de Rousiers 2014, "Moving Frostbite to Physically Based Rendering", section 4.9.3). n_dot_v
+// and roughness [0,1].
 NRDI_FN float nrd_specular_dominant_factor(float n_dot_v, float roughness)
 {
     float q = 0.298475f * log(39.4115f - 39.0029f * roughness);
     return clamp(q + (1.0f - q) * pow(max(1.0f - n_dot_v, 0.0f), 10.8649f), 0.0f, 1.0f);
 }
 
-// Mean direction of a GGX lobe, unit length.
+// Mean direction of a GGX lobe, unit length; view on the side of the normal.
 NRDI_FN vec3 nrd_specular_dominant_direction(vec3 normal, vec3 view, float roughness)
 {
     float n_dot_v = nrdi_dot(normal, view);
