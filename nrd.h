@@ -104,6 +104,7 @@ extern "C" {
     X(vec4, motion_scale) \
     X(vec4, hit_distance)           /* A, B, C, D of nrd_hit_dist_scale */ \
     X(vec4, jitter_delta)           /* xy: current - previous, px */ \
+    X(vec4, light)                  /* view space: unit vector to a directional light (w 0), position of a local one (w 1); xyz 0: unknown */ \
     X(uint, rect_width) X(uint, rect_height) X(uint, rect_width_prev) X(uint, rect_height_prev) \
     X(uint, rect_origin_x) X(uint, rect_origin_y) X(uint, frame_index) X(uint, reset) \
     X(float, orthographic) X(float, orthographic_prev) X(float, pixel_unproject) X(float, view_z_scale) \
@@ -112,7 +113,7 @@ extern "C" {
     X(float, history_fix_frames) X(float, max_blur_radius) X(float, prepass_blur_radius) X(float, luminance_sigma_scale) \
     X(float, plane_distance_sensitivity) X(float, normal_sensitivity) X(float, antilag_sigma_scale) X(float, antilag_sensitivity) \
     X(float, stabilization_sigma_scale) X(float, feedback_frames) X(uint, min_material) X(uint, flags) \
-    X(float, denoising_range_prev) X(float, specular_prepass_blur_radius) X(float, unused_1) X(float, unused_2)
+    X(float, denoising_range_prev) X(float, specular_prepass_blur_radius) X(float, light_radius) X(float, penumbra_blur_scale)
 
 /* nrd_constants.flags */
 #define NRD_FLAG_HISTORY_CONFIDENCE  1u
@@ -157,7 +158,9 @@ NRD_DECL const char *nrd_result_string(nrd_result result);
     X(REFERENCE, "reference", nrd_reference_settings) \
     X(REBLUR_DIFFUSE, "reblur_diffuse", nrd_reblur_settings) \
     X(REBLUR_SPECULAR, "reblur_specular", nrd_reblur_settings) \
-    X(REBLUR_DIFFUSE_SPECULAR, "reblur_diffuse_specular", nrd_reblur_settings)
+    X(REBLUR_DIFFUSE_SPECULAR, "reblur_diffuse_specular", nrd_reblur_settings) \
+    X(SIGMA_SHADOW, "sigma_shadow", nrd_sigma_settings) \
+    X(SIGMA_SHADOW_TRANSLUCENCY, "sigma_shadow_translucency", nrd_sigma_settings)
 typedef enum nrd_denoiser {
 #define NRDI_X(name, text, settings) NRD_DENOISER_##name,
     NRD_DENOISERS(NRDI_X)
@@ -178,9 +181,13 @@ typedef enum nrd_denoiser {
     X(IN_DIFF_CONFIDENCE, 0, "trust in history, [0,1], 0 restarts; read at the previous uv; any size, covers the rectangle; R8") \
     X(IN_SPEC_CONFIDENCE, 0, "the same for the specular signal, at the previous uv of what is reflected; R8") \
     X(IN_DISOCCLUSION_THRESHOLD_MIX, 0, "[0,1] from disocclusion_threshold to disocclusion_threshold_alternate; R8") \
+    X(IN_PENUMBRA, 0, "nrd_pack_penumbra() or nrd_pack_local_penumbra(): half width of the penumbra that one ray to the light tells; R16F") \
+    X(IN_TRANSLUCENCY, 0, "nrd_pack_translucency(): coloured visibility that the same ray tells; RGBA8") \
     X(IN_SIGNAL, 0, "anything to be averaged (REFERENCE)") \
     X(OUT_DIFF_RADIANCE_HITDIST, NRD_FORMAT_RGBA16_FLOAT, "nrd_unpack_radiance_hit_dist(): denoised radiance and hit distance. Also scratch within the frame") \
     X(OUT_SPEC_RADIANCE_HITDIST, NRD_FORMAT_RGBA16_FLOAT, "the same for the specular lobe") \
+    X(OUT_SHADOW, NRD_FORMAT_R8_UNORM, "nrd_unpack_shadow(): denoised visibility of the light") \
+    X(OUT_SHADOW_TRANSLUCENCY, NRD_FORMAT_RGBA8_UNORM, "nrd_unpack_shadow_translucency(): denoised coloured visibility of the light") \
     X(OUT_SIGNAL, NRD_FORMAT_RGBA32_FLOAT, "mean of IN_SIGNAL")
 typedef enum nrd_resource {
 #define NRDI_X(name, format, text) NRD_RESOURCE_##name,
@@ -192,7 +199,7 @@ typedef enum nrd_resource {
 
 /* X(name, bytes per texel, is unsigned integer) */
 #define NRD_FORMATS(X) \
-    X(ANY, 0, 0) X(R8_UNORM, 1, 0) X(R16_FLOAT, 2, 0) X(R32_FLOAT, 4, 0) X(R32_UINT, 4, 1) X(RG32_UINT, 8, 1) X(RGBA16_FLOAT, 8, 0) X(RGBA32_FLOAT, 16, 0)
+    X(ANY, 0, 0) X(R8_UNORM, 1, 0) X(RGBA8_UNORM, 4, 0) X(R16_UINT, 2, 1) X(R16_FLOAT, 2, 0) X(R32_FLOAT, 4, 0) X(R32_UINT, 4, 1) X(RG32_UINT, 8, 1) X(RGBA16_FLOAT, 8, 0) X(RGBA32_FLOAT, 16, 0)
 typedef enum nrd_format {
 #define NRDI_X(name, bytes, is_uint) NRD_FORMAT_##name,
     NRD_FORMATS(NRDI_X)
@@ -249,6 +256,17 @@ NRD_DECL bool nrd_format_is_uint(nrd_format format);
     X(uint, min_material_for_diffuse, 4, 0, 4, "", "material ids above it are kept apart from each other and the rest; 4 mixes all") \
     X(uint, return_history_length_instead_of_occlusion, 0, 0, 1, "", "1: w of the outputs is the history length in frames")
 
+#define NRD_SIGMA_SETTINGS(X) \
+    X(float, light_x, 0.0f, -1e9f, 1e9f, "", "directional light: world-space vector from the surface to it, of any length; local light: its world position; x = y = z = 0: unknown (as for many lights in one signal)") \
+    X(float, light_y, 0.0f, -1e9f, 1e9f, "", "likewise") \
+    X(float, light_z, 0.0f, -1e9f, 1e9f, "", "likewise") \
+    X(uint, light_is_local, 0, 0, 1, "", "1: light_x, y, z is a position") \
+    X(float, light_radius, 0.0f, 0.0f, 1e6f, "", "directional light: tangent of its angular radius; local light: half its size, world units; the value that packed IN_PENUMBRA; 0: unknown") \
+    X(float, max_accumulated_frames, 15.0f, 0.0f, 15.0f, "frames", "length of the history of penumbrae; 0: none; less reacts faster, more is less noisy") \
+    X(float, max_stabilized_frames, 7.0f, 0.0f, 15.0f, "frames", "length of the stabilised output of penumbrae; 0 off; more flickers less") \
+    X(float, penumbra_blur_scale, 0.6f, 0.0f, 4.0f, "of the penumbra's half width", "radius of the spatial filter before history shrinks it; 0 off; more is smoother and softer") \
+    X(float, plane_distance_sensitivity, 0.01f, 1e-4f, 1.0f, "of the view's extent at that depth", "neighbours farther off the surface's plane are not mixed")
+
 /* The camera of one frame. Matrices as in CONVENTIONS; all zero is refused. */
 typedef struct nrd_camera {
     float view_to_clip[16];
@@ -274,10 +292,12 @@ typedef struct nrd_frame {
 } nrd_frame;
 typedef struct nrd_reference_settings { NRD_REFERENCE_SETTINGS(NRDI_MEMBER) } nrd_reference_settings;
 typedef struct nrd_reblur_settings { NRD_REBLUR_SETTINGS(NRDI_MEMBER) } nrd_reblur_settings;
+typedef struct nrd_sigma_settings { NRD_SIGMA_SETTINGS(NRDI_MEMBER) } nrd_sigma_settings;
 
 NRD_DECL nrd_frame nrd_frame_defaults(void);
 NRD_DECL nrd_reference_settings nrd_reference_defaults(void);
 NRD_DECL nrd_reblur_settings nrd_reblur_defaults(void);
+NRD_DECL nrd_sigma_settings nrd_sigma_defaults(void);
 
 /* The settings as data, for user interfaces and command lines. */
 typedef struct nrd_setting {
@@ -453,7 +473,7 @@ typedef struct nrdi_pass_row {
     uint8_t iteration;           /* of the spatial filter; its step doubles with each */
     nrdi_use uses[NRDI_MAX_USES]; /* up to the first with what == 0 && access == NRDI_END */
 } nrdi_pass_row;
-typedef enum nrdi_family { NRDI_FAMILY_REFERENCE, NRDI_FAMILY_REBLUR } nrdi_family; /* which settings, and how they become constants */
+typedef enum nrdi_family { NRDI_FAMILY_REFERENCE, NRDI_FAMILY_REBLUR, NRDI_FAMILY_SIGMA } nrdi_family; /* which settings, and how they become constants */
 typedef struct nrdi_denoiser_row {
     nrdi_family family;
     nrdi_texture_row textures[NRDI_MAX_TEXTURES];
@@ -475,6 +495,7 @@ typedef struct nrdi_denoiser_row {
 enum { NRDI_REFERENCE_HISTORY };
 enum { NRDI_GUIDE, NRDI_TRACK, NRDI_SPEC_TRACK, NRDI_DIFF_HISTORY, NRDI_DIFF_STABILIZED, NRDI_DIFF_TILE, NRDI_DIFF_TILE_RAW,
        NRDI_SPEC_HISTORY, NRDI_SPEC_STABILIZED, NRDI_SPEC_TILE, NRDI_SPEC_TILE_RAW };
+enum { NRDI_SHADOW_HISTORY, NRDI_SHADOW_TILE, NRDI_SHADOW_MEAN, NRDI_SHADOW_EXTRA }; /* EXTRA: opaque: stabilised visibility; translucent: green and blue of the history */
 
 /* The textures of the REBLUR denoisers; those that a denoiser's passes do not use do not exist.
    Once temporal accumulation has run, the previous halves of GUIDE and TRACK are dead until the next frame overwrites them, so each holds
@@ -567,6 +588,32 @@ static const nrdi_denoiser_row nrdi_rows[NRD_DENOISER_COUNT] = {
         { "stabilization", "reblur_stabilization_diffuse_specular", NRDI_ALWAYS, 0, 0, 3,
           { NRDI_READ(NRDI_GUIDE), NRDI_READ(NRDI_TRACK), NRDI_STABILIZATION_SIGNAL(DIFF, NRDI_GUIDE), NRDI_STABILIZATION_SIGNAL(SPEC, NRDI_TRACK), NRDI_STOP } },
         NRDI_SPLIT_SCREEN(DIFF, " (diffuse)"), NRDI_SPLIT_SCREEN(SPEC, " (specular)") } },
+    { NRDI_FAMILY_SIGMA,
+      { { "SHADOW_HISTORY", NRD_FORMAT_R32_UINT, 1, NRDI_PERMANENT },
+        { "SHADOW_TILE", NRD_FORMAT_R8_UNORM, NRDI_TILE_PX, NRDI_PING_PONG },
+        { "SHADOW_MEAN", NRD_FORMAT_R32_UINT, 1, NRDI_TRANSIENT },
+        { "SHADOW_STABILIZED", NRD_FORMAT_R8_UNORM, 1, NRDI_TRANSIENT } },
+      { { "shadow accumulation", "sigma_accumulation", NRDI_ALWAYS, 0, 0, 0,
+          { NRDI_IN(IN_MV), NRDI_IN(IN_NORMAL_ROUGHNESS), NRDI_IN(IN_VIEWZ), NRDI_IN(IN_PENUMBRA), NRDI_READ(NRDI_SHADOW_HISTORY), NRDI_READ_PREV(NRDI_SHADOW_TILE),
+            NRDI_WRITE(NRDI_SHADOW_MEAN), NRDI_WRITE(NRDI_SHADOW_TILE), NRDI_OUT(OUT_SHADOW), NRDI_WRITE(NRDI_SHADOW_EXTRA), NRDI_STOP } },
+        { "shadow blur", "sigma_blur", NRDI_ALWAYS, 0, 0, 0,
+          { NRDI_IN(IN_NORMAL_ROUGHNESS), NRDI_READ(NRDI_SHADOW_TILE), NRDI_READ(NRDI_SHADOW_MEAN), NRDI_WRITE(NRDI_SHADOW_HISTORY),
+            NRDI_OUT(OUT_SHADOW), NRDI_READ(NRDI_SHADOW_EXTRA), NRDI_STOP } },
+        { "split screen", "sigma_split_screen", NRDI_IF_SPLIT, NRD_FEATURE_SPLIT_SCREEN, 0, 0,
+          { NRDI_IN(IN_VIEWZ), NRDI_IN(IN_PENUMBRA), NRDI_OUT(OUT_SHADOW), NRDI_STOP } } } },
+    { NRDI_FAMILY_SIGMA,
+      { { "SHADOW_HISTORY", NRD_FORMAT_R32_UINT, 1, NRDI_PERMANENT },
+        { "SHADOW_TILE", NRD_FORMAT_R8_UNORM, NRDI_TILE_PX, NRDI_PING_PONG },
+        { "SHADOW_MEAN", NRD_FORMAT_RG32_UINT, 1, NRDI_TRANSIENT },
+        { "SHADOW_HISTORY_COLOR", NRD_FORMAT_R16_UINT, 1, NRDI_PERMANENT } },
+      { { "shadow accumulation", "sigma_accumulation_translucency", NRDI_ALWAYS, 0, 0, 0,
+          { NRDI_IN(IN_MV), NRDI_IN(IN_NORMAL_ROUGHNESS), NRDI_IN(IN_VIEWZ), NRDI_IN(IN_PENUMBRA), NRDI_READ(NRDI_SHADOW_HISTORY), NRDI_READ_PREV(NRDI_SHADOW_TILE),
+            NRDI_WRITE(NRDI_SHADOW_MEAN), NRDI_WRITE(NRDI_SHADOW_TILE), NRDI_OUT(OUT_SHADOW_TRANSLUCENCY), NRDI_IN(IN_TRANSLUCENCY), NRDI_READ(NRDI_SHADOW_EXTRA), NRDI_STOP } },
+        { "shadow blur", "sigma_blur_translucency", NRDI_ALWAYS, 0, 0, 0,
+          { NRDI_IN(IN_NORMAL_ROUGHNESS), NRDI_READ(NRDI_SHADOW_TILE), NRDI_READ(NRDI_SHADOW_MEAN), NRDI_WRITE(NRDI_SHADOW_HISTORY),
+            NRDI_OUT(OUT_SHADOW_TRANSLUCENCY), NRDI_WRITE(NRDI_SHADOW_EXTRA), NRDI_STOP } },
+        { "split screen", "sigma_split_screen_translucency", NRDI_IF_SPLIT, NRD_FEATURE_SPLIT_SCREEN, 0, 0,
+          { NRDI_IN(IN_VIEWZ), NRDI_IN(IN_PENUMBRA), NRDI_OUT(OUT_SHADOW_TRANSLUCENCY), NRDI_IN(IN_TRANSLUCENCY), NRDI_STOP } } } },
 };
 
 static uint32_t nrdi_use_count(const nrdi_pass_row *pass)
@@ -648,11 +695,15 @@ static const nrd_setting nrdi_reference_list[] = { NRD_REFERENCE_SETTINGS(NRDI_X
 #define NRDI_X(type, name, value, min, max, unit, text) NRDI_ROW(nrd_reblur_settings, type, name, value, min, max, unit, text)
 static const nrd_setting nrdi_reblur_list[] = { NRD_REBLUR_SETTINGS(NRDI_X) };
 #undef NRDI_X
+#define NRDI_X(type, name, value, min, max, unit, text) NRDI_ROW(nrd_sigma_settings, type, name, value, min, max, unit, text)
+static const nrd_setting nrdi_sigma_list[] = { NRD_SIGMA_SETTINGS(NRDI_X) };
+#undef NRDI_X
 
 typedef struct nrdi_settings_list { const nrd_setting *rows; uint32_t count; size_t bytes; } nrdi_settings_list;
 #define NRDI_LIST(rows, owner) { rows, (uint32_t)(sizeof(rows) / sizeof((rows)[0])), sizeof(owner) }
 #define NRDI_LIST_nrd_reference_settings NRDI_LIST(nrdi_reference_list, nrd_reference_settings)
 #define NRDI_LIST_nrd_reblur_settings NRDI_LIST(nrdi_reblur_list, nrd_reblur_settings)
+#define NRDI_LIST_nrd_sigma_settings NRDI_LIST(nrdi_sigma_list, nrd_sigma_settings)
 
 static nrdi_settings_list nrdi_list_of(nrd_denoiser denoiser)
 {
@@ -692,6 +743,7 @@ void nrd_settings_defaults(nrd_denoiser denoiser, void *settings)
 nrd_frame nrd_frame_defaults(void) { nrd_frame frame; nrd_settings_defaults(NRD_DENOISER_COUNT, &frame); return frame; }
 nrd_reference_settings nrd_reference_defaults(void) { nrd_reference_settings s; nrd_settings_defaults(NRD_DENOISER_REFERENCE, &s); return s; }
 nrd_reblur_settings nrd_reblur_defaults(void) { nrd_reblur_settings s; nrd_settings_defaults(NRD_DENOISER_REBLUR_DIFFUSE, &s); return s; }
+nrd_sigma_settings nrd_sigma_defaults(void) { nrd_sigma_settings s; nrd_settings_defaults(NRD_DENOISER_SIGMA_SHADOW, &s); return s; }
 
 /* ---------------------------------------------------------------------------------------------------------------------------
    Instance  >>state */
@@ -705,7 +757,7 @@ typedef struct nrdi_state {         /* one denoiser of an instance */
     uint32_t last_frame_index;
     bool has_history;
     bool had_antilag;               /* in the last frame: the tiles hold its lighting changes */
-    union { nrd_reference_settings reference; nrd_reblur_settings reblur; } settings;
+    union { nrd_reference_settings reference; nrd_reblur_settings reblur; nrd_sigma_settings sigma; } settings;
     nrd_constants constants;
 } nrdi_state;
 
@@ -1319,6 +1371,26 @@ static void nrdi_fill_reblur(const nrd_reblur_settings *s, float resolution_scal
               | (s->specular_prepass_blur_radius > 0 ? NRD_FLAG_SPECULAR_PREPASS : 0);
 }
 
+static void nrdi_fill_sigma(const nrd *n, const nrd_sigma_settings *s, nrd_constants *c)
+{
+    nrdi_view now = nrdi_resolve_view(&n->frame.camera, n->frame.clip_y, n->frame.rect_height);
+    double from[3] = { s->light_x, s->light_y, s->light_z }, squared = 0;
+    bool known = from[0] != 0 || from[1] != 0 || from[2] != 0 || s->light_is_local;
+    for (int k = 0; k < 3; k++) {
+        from[k] -= s->light_is_local ? now.position[k] : 0;
+        squared += from[k] * from[k];
+    }
+    double scale = s->light_is_local ? 1 : known ? 1 / sqrt(squared) : 0;
+    for (int row = 0; row < 3; row++)
+        for (int k = 0; k < 3; k++) c->light[row] += (float)(now.rotation[3 * row + k] * from[k] * scale);
+    c->light[3] = (float)s->light_is_local;
+    c->light_radius = s->light_radius;
+    c->max_accumulated_frames = s->max_accumulated_frames;
+    c->max_stabilized_frames = s->max_stabilized_frames;
+    c->penumbra_blur_scale = s->penumbra_blur_scale;
+    c->plane_distance_sensitivity = s->plane_distance_sensitivity;
+}
+
 static bool nrdi_camera_moved(const nrd *n)
 {
     return memcmp(n->frame.camera.view_to_clip, n->camera_prev.view_to_clip, sizeof n->camera_prev.view_to_clip)
@@ -1339,7 +1411,8 @@ static void nrdi_fill_constants(const nrd *n, nrdi_state *s)
         c->history_frames = s->history_frames;
     } else {
         float x = (float)n->frame.rect_width / (float)n->desc.width, y = (float)n->frame.rect_height / (float)n->desc.height;
-        nrdi_fill_reblur(&s->settings.reblur, x < y ? x : y, c);
+        if (s->row->family == NRDI_FAMILY_SIGMA) nrdi_fill_sigma(n, &s->settings.sigma, c);
+        else nrdi_fill_reblur(&s->settings.reblur, x < y ? x : y, c);
     }
     c->flags |= !reset && s->had_antilag ? NRD_FLAG_TILE_HISTORY : 0;
     s->had_antilag = (c->flags & NRD_FLAG_ANTILAG) != 0;

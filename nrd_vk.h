@@ -352,6 +352,8 @@ VkFormat nrd_vk_format(nrd_format format)
 {
     switch (format) {
     case NRD_FORMAT_R8_UNORM: return VK_FORMAT_R8_UNORM;
+    case NRD_FORMAT_RGBA8_UNORM: return VK_FORMAT_R8G8B8A8_UNORM;
+    case NRD_FORMAT_R16_UINT: return VK_FORMAT_R16_UINT;
     case NRD_FORMAT_R16_FLOAT: return VK_FORMAT_R16_SFLOAT;
     case NRD_FORMAT_R32_FLOAT: return VK_FORMAT_R32_SFLOAT;
     case NRD_FORMAT_R32_UINT: return VK_FORMAT_R32_UINT;

@@ -105,7 +105,7 @@ static bool parse_device(program *p, const char *text)
 static bool parse_signal(program *p, const char *text)
 {
     return signal_find(text, &p->opt.desc.reference_signal)
-        || fail(p, text, ": unknown signal; known: diffuse, specular, shadow, ao, final");
+        || fail(p, text, ": unknown signal; known: diffuse, specular, shadow, ao, final, translucency");
 }
 
 static bool parse_csv(program *p, const char *text)

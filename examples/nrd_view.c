@@ -236,7 +236,7 @@ static bool parse_value(viewer *v, const char *name, const char *value)
         return fail(v, " needs a value", name);
     if (!strcmp(name, "--signal")) {
         opt->has_signal = signal_find(value, &opt->signal);
-        return opt->has_signal || fail(v, ": unknown signal; known: diffuse, specular, shadow, ao, final", value);
+        return opt->has_signal || fail(v, ": unknown signal; known: diffuse, specular, shadow, ao, final, translucency", value);
     }
     if (!strcmp(name, "--show"))
         return parse_source(value, &opt->show) || fail(v, ": unknown picture; known: noisy, denoised, ref", value);

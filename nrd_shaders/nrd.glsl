@@ -625,6 +625,115 @@ NRDI_FN vec3 nrd_modulate(vec3 radiance, vec3 factor)
 }
 
 //----------------------------------------------------------------------------------------------------------------------
+// >>shadow: penumbrae and translucency
+//----------------------------------------------------------------------------------------------------------------------
+
+// Ray generation traces one ray per pixel to a random point of the light and packs the distance to the NEAREST occluder
+// (no early exit at the first hit that is found: its distance is random). What is stored is the half width of the
+// penumbra at the receiver, units, as the geometry gives it (NVIDIA's library stores half of that for directional
+// lights). 0: the surface faces away from the light. NRD_PENUMBRA_LIT: the ray reached the light.
+#define NRD_PENUMBRA_LIT NRDI_HALF_MAX
+#define NRDI_PENUMBRA_MAX 32768.0f
+#define NRDI_PENUMBRA_MIN 6.103515625e-5f // smallest normal 16-bit float: an occluder that touches is still one
+
+NRDI_FN float nrdi_penumbra(float width, float occluder_dist)
+{
+    if (nrdi_is_nan(occluder_dist) || occluder_dist <= 0.0f)
+        return 0.0f;
+    if (occluder_dist >= NRD_HIT_DIST_MISS)
+        return NRD_PENUMBRA_LIT;
+    return clamp(width, NRDI_PENUMBRA_MIN, NRDI_PENUMBRA_MAX);
+}
+
+// Directional light. occluder_dist: from the surface to the nearest occluder, units; 0 where the surface faces away
+// (mandatory), NRD_HIT_DIST_MISS or more (+Inf included) where the ray reached the light; NaN counts as 0.
+// tan_angular_radius: of the light as seen from the surface (the sun: 0.00465); the denoiser's light_radius.
+NRDI_FN float nrd_pack_penumbra(float occluder_dist, float tan_angular_radius)
+{
+    return nrdi_penumbra(occluder_dist * tan_angular_radius, occluder_dist);
+}
+
+// Local light (sphere, disk, spot). light_dist: from the surface to the light, units. light_radius: half its extent
+// perpendicular to the line from the surface, units; the denoiser's light_radius. An occluder at or behind the light
+// gives the widest penumbra.
+NRDI_FN float nrd_pack_local_penumbra(float occluder_dist, float light_dist, float light_radius)
+{
+    return nrdi_penumbra(light_radius * occluder_dist / max(light_dist - occluder_dist, NRDI_EPSILON), occluder_dist);
+}
+
+// Coloured visibility of the ray that gave occluder_dist, for IN_TRANSLUCENCY: the product of what the surfaces in its
+// way let through, [0,1]; black where an opaque one blocks it. occluder_dist is then that to the nearest surface of any
+// kind, and NRD_HIT_DIST_MISS where nothing was in the way: the light arrives in full, whatever transmission says.
+NRDI_FN vec4 nrd_pack_translucency(float occluder_dist, vec3 transmission)
+{
+    bool reached = occluder_dist >= NRD_HIT_DIST_MISS;
+    bool valid = nrdi_is_finite(transmission) && occluder_dist > 0.0f;
+    vec3 color = valid ? nrdi_clamp(transmission, 0.0f, 1.0f) : nrdi_grey(0.0f);
+    return reached ? vec4(1.0f, 1.0f, 1.0f, 1.0f) : nrdi_append(color, 0.0f);
+}
+
+// Many lights in one signal: what N lights send, without shadows, is known exactly; so is each one's ray. Start with
+// zeros, add every light's unshadowed light (linear RGB, >= 0), its ray's penumbra (from one of the two functions above)
+// and its coloured visibility (vec3(1) where the ray arrived, vec3(0) where it was blocked); the denoised result times
+// the sum of the unshadowed light is the picture. The penumbra is the mean over the lights whose ray is blocked, each by
+// the luma that it withholds. Lights of very different intensity (sun and lamps) are better denoised apart.
+NRDI_STRUCT(nrd_light_sum) {
+    vec3 unshadowed;
+    vec3 shadowed;
+    vec2 penumbra; // sum of width times weight, sum of weights
+};
+
+NRDI_FN nrd_light_sum nrd_light_sum_begin(void)
+{
+    nrd_light_sum sum;
+    sum.unshadowed = nrdi_grey(0.0f);
+    sum.shadowed = nrdi_grey(0.0f);
+    sum.penumbra = vec2(0.0f, 0.0f);
+    return sum;
+}
+
+NRDI_FN nrd_light_sum nrd_light_sum_add(nrd_light_sum sum, vec3 unshadowed, float penumbra, vec3 visibility)
+{
+    vec3 shadowed = nrd_modulate(unshadowed, visibility);
+    vec3 withheld = vec3(unshadowed.x * (1.0f - visibility.x), unshadowed.y * (1.0f - visibility.y),
+                         unshadowed.z * (1.0f - visibility.z));
+    float weight = penumbra > 0.0f && penumbra < NRD_PENUMBRA_LIT ? max(nrd_luma(withheld), 0.0f) : 0.0f;
+    nrd_light_sum longer;
+    longer.unshadowed = nrdi_add(sum.unshadowed, unshadowed);
+    longer.shadowed = nrdi_add(sum.shadowed, shadowed);
+    longer.penumbra = vec2(sum.penumbra.x + penumbra * weight, sum.penumbra.y + weight);
+    return longer;
+}
+
+// IN_PENUMBRA: 0 where no light shines on the surface.
+NRDI_FN float nrd_light_sum_penumbra(nrd_light_sum sum)
+{
+    bool faces = nrd_luma(sum.unshadowed) > 0.0f;
+    return sum.penumbra.y > 0.0f ? sum.penumbra.x / sum.penumbra.y : faces ? NRD_PENUMBRA_LIT : 0.0f;
+}
+
+// IN_TRANSLUCENCY.
+NRDI_FN vec4 nrd_light_sum_translucency(nrd_light_sum sum)
+{
+    vec3 all = vec3(max(sum.unshadowed.x, NRDI_EPSILON), max(sum.unshadowed.y, NRDI_EPSILON),
+                    max(sum.unshadowed.z, NRDI_EPSILON));
+    return nrdi_append(nrdi_clamp(nrd_demodulate(sum.shadowed, all), 0.0f, 1.0f), 0.0f);
+}
+
+// Composition: visibility of the light, [0,1], from a texel of OUT_SHADOW. Stored as its square root, for finer steps
+// in the dark.
+NRDI_FN float nrd_unpack_shadow(float texel)
+{
+    return texel * texel;
+}
+
+// The same, coloured, from a texel of OUT_SHADOW_TRANSLUCENCY.
+NRDI_FN vec3 nrd_unpack_shadow_translucency(vec4 texel)
+{
+    return vec3(texel.x * texel.x, texel.y * texel.y, texel.z * texel.z);
+}
+
+//----------------------------------------------------------------------------------------------------------------------
 // >>motion
 //----------------------------------------------------------------------------------------------------------------------
 

@@ -138,7 +138,7 @@ report $? "spirv-dis        needs no capability but Shader"
 # Every function, struct and macro carries the prefix, and all but the overloads at the end are marked for C.
 sed '/>>overloads/,$d' nrd_shaders/nrd.glsl | grep -nE '^[a-z][a-z0-9]* [a-z0-9_]*\(|^struct ' > "$work/log"
 grep -nE '^[a-zA-Z].*\(|^ *#define ' nrd_shaders/nrd.glsl |
-    grep -vE '^[0-9]+:((NRDI_FN )?[a-z0-9_]+ nrdi?_[a-z0-9_]+\(|NRDI_STRUCT\(nrd_[a-z]+\)| *#define NRDI?_)' >> "$work/log"
+    grep -vE '^[0-9]+:((NRDI_FN )?[a-z0-9_]+ nrdi?_[a-z0-9_]+\(|NRDI_STRUCT\(nrd_[a-z_]+\)| *#define NRDI?_)' >> "$work/log"
 [ ! -s "$work/log" ]
 report $? "grep             every name starts with nrd_ or nrdi_, every function with NRDI_FN"
 

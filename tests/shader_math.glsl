@@ -251,6 +251,26 @@ NRDI_FN test_case evaluate_sh(uint operation, test_case t)
     return t;
 }
 
+// Penumbra: a: distance to the occluder, to the light, radius, stored shadow; b: transmission.
+// Lights: a, b: unshadowed light and penumbra of two lights; c: visibility of the first; the second is blocked
+NRDI_FN test_case evaluate_shadow(uint operation, test_case t)
+{
+    if (operation == SM_PENUMBRA) {
+        t.x.x = nrd_pack_penumbra(t.a.x, t.a.z);
+        t.x.y = nrd_pack_local_penumbra(t.a.x, t.a.y, t.a.z);
+        t.x.z = nrd_unpack_shadow(t.a.w);
+        t.x.w = nrd_unpack_shadow_translucency(vec4(0.0f, t.a.w, 0.0f, 0.0f)).y;
+        t.y = nrd_pack_translucency(t.a.x, nrdi_xyz(t.b));
+    } else {
+        nrd_light_sum sum = nrd_light_sum_begin();
+        sum = nrd_light_sum_add(sum, nrdi_xyz(t.a), t.a.w, nrdi_xyz(t.c));
+        sum = nrd_light_sum_add(sum, nrdi_xyz(t.b), t.b.w, nrdi_grey(0.0f));
+        t.x = nrd_light_sum_translucency(sum);
+        t.y.x = nrd_light_sum_penumbra(sum);
+    }
+    return t;
+}
+
 // a: whole numbers x, y, frame and a random number, or probability and radius; upsampling: a: fraction, view_z, cosine
 // of the view; b: depths; c: cosines of the normals
 NRDI_FN test_case evaluate_sampling(uint operation, test_case t)
@@ -289,5 +309,7 @@ NRDI_FN test_case evaluate(uint operation, test_case t)
         return evaluate_material(operation, t);
     if (operation < 60u)
         return evaluate_motion(operation, t);
-    return operation < 80u ? evaluate_sh(operation, t) : evaluate_sampling(operation, t);
+    if (operation < 75u)
+        return evaluate_sh(operation, t);
+    return operation < 80u ? evaluate_shadow(operation, t) : evaluate_sampling(operation, t);
 }

@@ -351,12 +351,14 @@ static void memory_totals_are_the_sums_of_the_textures(void **state)
 }
 
 /* Bytes of permanent and transient textures at 1920 x 1080. REBLUR: three quarters of what comparable denoisers take.
-   REFERENCE: one RGBA32F image. */
+   REFERENCE: one RGBA32F image. SIGMA: 60 % of what comparable denoisers take. */
 static const uint64_t budgets[NRD_DENOISER_COUNT] = {
     [NRD_DENOISER_REFERENCE] = 33177600,
     [NRD_DENOISER_REBLUR_DIFFUSE] = 55993320,
     [NRD_DENOISER_REBLUR_SPECULAR] = 71475000,
     [NRD_DENOISER_REBLUR_DIFFUSE_SPECULAR] = 108870120,
+    [NRD_DENOISER_SIGMA_SHADOW] = 19140000,
+    [NRD_DENOISER_SIGMA_SHADOW_TRANSLUCENCY] = 30480000,
 };
 
 static void memory_at_1080p_stays_within_the_budget_of_each_denoiser(void **state)

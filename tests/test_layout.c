@@ -211,6 +211,8 @@ static uint32_t spirv_format(nrd_format format)
 {
     switch (format) {
     case NRD_FORMAT_R8_UNORM: return SPV_FORMAT_R8;
+    case NRD_FORMAT_RGBA8_UNORM: return SPV_FORMAT_RGBA8;
+    case NRD_FORMAT_R16_UINT: return SPV_FORMAT_R16UI;
     case NRD_FORMAT_R16_FLOAT: return SPV_FORMAT_R16F;
     case NRD_FORMAT_R32_FLOAT: return SPV_FORMAT_R32F;
     case NRD_FORMAT_R32_UINT: return SPV_FORMAT_R32UI;

@@ -417,7 +417,7 @@ static void sky_black_surfaces_and_those_that_face_away_do_not_count(void **stat
     add_colour(&c, "sun", 1e-5f);
     for (int k = 0; k < SIGNAL_COUNT; k++) {
         signal_mask(&c, (signal_id)k, &mask);
-        assert_int_equal(mask, k != SIGNAL_DIFFUSE && k != SIGNAL_SHADOW);
+        assert_int_equal(mask, k != SIGNAL_DIFFUSE && k != SIGNAL_SHADOW && k != SIGNAL_TRANSLUCENCY);
     }
     *z = 50;
     signal_mask(&c, SIGNAL_FINAL, &mask);

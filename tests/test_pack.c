@@ -89,6 +89,33 @@ static void hit_distances_are_normalised_as_documented(void **state)
     }
 }
 
+static void penumbrae_are_packed_as_documented(void **state)
+{
+    const float red[3] = { 1, 0.2f, -3 }, bad[3] = { 1, NAN, 1 };
+    uint8_t texel[4];
+    (void)state;
+    near(half_to_float(pack_penumbra(10, 0.00465f)), 0.0465, 0.0465 / 2048);
+    near(half_to_float(pack_local_penumbra(1, 5, 0.2f)), 0.05, 0.05 / 2048);
+    assert_true(half_to_float(pack_local_penumbra(6, 5, 0.2f)) == 32768);
+    assert_true(half_to_float(pack_penumbra(60000, 10)) == 32768);
+    const float faces_away[] = { 0, -1, NAN }, reached[] = { 65504, 1e9f, INFINITY };
+    for (int i = 0; i < 3; i++) {
+        assert_int_equal(pack_penumbra(faces_away[i], 0.5f), 0);
+        assert_int_equal(pack_local_penumbra(faces_away[i], 5, 0.5f), 0);
+        assert_true(half_to_float(pack_penumbra(reached[i], 0.5f)) == HALF_MAX && half_to_float(pack_local_penumbra(reached[i], 5, 0.5f)) == HALF_MAX);
+    }
+    assert_true(pack_penumbra(1e-9f, 0) > 0);   /* blocked, however near */
+    assert_true(pack_unpack_shadow(255) == 1 && pack_unpack_shadow(0) == 0);
+    pack_translucency(3, red, texel);
+    assert_true(texel[0] == 255 && texel[1] == 51 && texel[2] == 0 && texel[3] == 0);
+    pack_translucency(65504, red, texel);
+    assert_true(texel[0] == 255 && texel[1] == 255 && texel[2] == 255 && texel[3] == 255);
+    pack_translucency(3, bad, texel);
+    assert_true(texel[0] == 0 && texel[1] == 0 && texel[2] == 0);
+    pack_translucency(0, red, texel);
+    assert_true(texel[0] == 0 && texel[3] == 0);
+}
+
 static void radiance_survives_the_texel(void **state)
 {
     (void)state;
@@ -135,6 +162,7 @@ int main(void)
         cmocka_unit_test(guides_that_are_not_finite_give_the_documented_texel),
         cmocka_unit_test_setup(hit_distances_are_normalised_as_documented, reset_random),
         cmocka_unit_test_setup(radiance_survives_the_texel, reset_random),
+        cmocka_unit_test(penumbrae_are_packed_as_documented),
         cmocka_unit_test(radiance_that_is_not_finite_is_black),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

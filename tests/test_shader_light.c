@@ -1,4 +1,4 @@
-/* Functions of nrd_shaders/nrd.glsl for light with a direction, re-jitter, occlusion and RELAX against double precision, and
+/* Functions of nrd_shaders/nrd.glsl for light with a direction, re-jitter, occlusion, shadows and RELAX against double precision, and
    the tables and properties that its comments promise. Prints the worst error per function. */
 #include "shader_math_rig.h"
 
@@ -100,6 +100,24 @@ static void fill_occlusion_texel(float *in) {
 static void fill_relax(float *in) {
     fill_pack(in);
     for (int i = 0; i < 4; ++i) in[4 + i] = pick_radiance();
+}
+
+static void fill_penumbra(float *in) {
+    in[0] = pick_hit_dist();
+    in[1] = random_log(1e-3f, 1e4f);
+    in[2] = random_log(1e-4f, 10.0f);
+    in[3] = pick_unit();
+    for (int i = 0; i < 3; ++i) in[4 + i] = random_u32() % 4 ? pick_unit() : pick_any();
+}
+
+static void fill_lights(float *in) {
+    static const float edges[] = {0.0f, 6.103515625e-5f, 32768.0f, 65504.0f};
+    for (int light = 0; light < 2; ++light) {
+        bool faces_away = random_u32() % 8 == 0;
+        for (int i = 0; i < 3; ++i) in[4 * light + i] = faces_away ? 0.0f : random_log(1e-3f, 1e3f);
+        in[4 * light + 3] = edge_or(random_log(1e-4f, 100.0f), edges, COUNT(edges));
+    }
+    for (int i = 0; i < 3; ++i) in[8 + i] = pick_unit();
 }
 
 static void fill_signed(float *in) {
@@ -206,6 +224,39 @@ static void reference_unpack_occlusion(const double *in, double *out) {
     out[7] = in[3];
 }
 
+static double penumbra_of(double width, double occluder_dist) {
+    if (!(occluder_dist > 0.0)) return 0.0;
+    return occluder_dist >= REF_MISS ? REF_MISS : ref_clamp(width, ldexp(1.0, -14), 32768.0);
+}
+
+static void reference_penumbra(const double *in, double *out) {
+    bool reached = in[0] >= REF_MISS, blocked = in[0] > 0.0;
+    out[0] = penumbra_of(in[0] * in[2], in[0]);
+    out[1] = penumbra_of(in[2] * in[0] / fmax(in[1] - in[0], REF_EPSILON), in[0]);
+    out[2] = out[3] = in[3] * in[3];
+    for (int i = 0; i < 3; ++i) out[4 + i] = reached ? 1.0 : blocked && ref_is_finite3(in + 4) ? ref_clamp(in[4 + i], 0.0, 1.0) : 0.0;
+    out[7] = reached ? 1.0 : 0.0;
+}
+
+static void reference_lights(const double *in, double *out) {
+    double sum = 0.0, weights = 0.0, light[3], unshadowed = 0.0;
+    for (int k = 0; k < 2; ++k) {
+        double withheld = 0.0;
+        for (int i = 0; i < 3; ++i) {
+            double share = (k ? 1.0 : 1.0 - in[8 + i]) * (i == 1 ? 0.5 : 0.25);
+            withheld += share * in[4 * k + i];
+            unshadowed += in[4 * k + i];
+        }
+        if (in[4 * k + 3] <= 0.0 || in[4 * k + 3] >= REF_MISS) continue;
+        sum += withheld * in[4 * k + 3];
+        weights += withheld;
+    }
+    for (int i = 0; i < 3; ++i) light[i] = fmax(in[i] + in[4 + i], REF_EPSILON);
+    for (int i = 0; i < 3; ++i) out[i] = ref_clamp(in[i] * in[8 + i] / light[i], 0.0, 1.0);
+    out[3] = 0.0;
+    out[4] = weights > 0.0 ? sum / weights : unshadowed > 0.0 ? REF_MISS : 0.0;
+}
+
 static const comparison comparisons[] = {
     {"pack_relax_radiance_hit_dist", SM_PACK_RELAX, fill_relax, reference_pack_relax, 8, 1e-30, 0.0},
     {"unpack_relax_radiance_hit_dist", SM_UNPACK_RELAX, fill_signed, reference_unpack_relax, 4, 1e-30, 0.0},
@@ -221,6 +272,8 @@ static const comparison comparisons[] = {
     {"specular_dominant_..", SM_DOMINANT_DIRECTION, fill_resolve, reference_dominant, 5, 1.0, 2e-5},
     {"rejitter", SM_REJITTER, fill_rejitter, reference_rejitter, 2, 1.0, 1e-3},
     {"pack_.._occlusion", SM_PACK_OCCLUSION, fill_occlusion, reference_pack_occlusion, 5, 1.0, 2e-7},
+    {"pack_.._penumbra, _translucency, ..", SM_PENUMBRA, fill_penumbra, reference_penumbra, 8, 1e-5, 1e-6},
+    {"light_sum_begin/add/..", SM_LIGHT_SUM, fill_lights, reference_lights, 5, 1e-4, 2e-6},
     {"unpack_directional_occlusion, .._to_sg", SM_UNPACK_OCCLUSION, fill_occlusion_texel, reference_unpack_occlusion, 8, 1.0,
      5e-7},
 };
@@ -423,6 +476,35 @@ static void rejitter_leaves_flat_surfaces_and_edges_alone(void **state) {
     assert_true(different > count);
 }
 
+static void penumbrae_pack_as_documented(void **state) {
+    static const float in[][7] = {/* occluder, light, radius, stored, transmission */
+        {10, 5, 0.00465f, 0.5f, 0.25f, 2, -1}, {1, 5, 0.2f, 1, 0.5f, 0.5f, 0.5f}, {0, 5, 0.2f, 0, 1, 1, 1}, {65504, 5, 0.2f, 1, 0, 0, 0},
+        {INFINITY, 5, 0.2f, 1, NAN, 0, 0}, {NAN, 5, 0.2f, 1, 1, 1, 1}, {1e-9f, 5, 0.2f, 1, NAN, 1, 1}, {7, 5, 0.2f, 1, 0, 0, 1}};
+    static const double out[][8] = {/* directional, local, shadow, coloured shadow, translucency */
+        {0.0465, 32768, 0.25, 0.25, 0.25, 1, 0, 0}, {0.2, 0.05, 1, 1, 0.5, 0.5, 0.5, 0}, {0, 0, 0, 0, 0, 0, 0, 0}, {65504, 65504, 1, 1, 1, 1, 1, 1},
+        {65504, 65504, 1, 1, 1, 1, 1, 1}, {0, 0, 1, 1, 0, 0, 0, 0}, {6.103515625e-5, 6.103515625e-5, 1, 1, 0, 0, 0, 0}, {1.4, 32768, 1, 1, 0, 0, 1, 0}};
+    const uint32_t count = sizeof in / sizeof in[0];
+    (void)state;
+    clear_cases(count);
+    for (uint32_t i = 0; i < count; ++i) set_case(i, 0, 7, in[i]);
+    run(SM_PENUMBRA, count);
+    for (uint32_t i = 0; i < count; ++i) assert_near(case_out(i), out[i], 8, 1e-5);
+}
+
+static void lights_add_up_to_their_share_and_the_mean_of_their_penumbrae(void **state) {
+    static const float in[][11] = {
+        {1, 1, 1, 65504, 3, 3, 3, 0.5f, 1, 1, 1},          /* one reached, three times its light withheld */
+        {1, 1, 1, 0.25f, 3, 3, 3, 0.5f, 0, 0, 0},          /* both blocked */
+        {1, 0, 2, 65504, 0, 0, 0, 0, 1, 1, 1},             /* the second faces away */
+        {0, 0, 0, 0, 0, 0, 0, 0, 1, 1, 1}};                /* both do */
+    static const double out[][5] = {{0.25, 0.25, 0.25, 0, 0.5}, {0, 0, 0, 0, 0.4375}, {1, 0, 1, 0, 65504}, {0, 0, 0, 0, 0}};
+    (void)state;
+    clear_cases(4);
+    for (uint32_t i = 0; i < 4; ++i) set_case(i, 0, 11, in[i]);
+    run(SM_LIGHT_SUM, 4);
+    for (uint32_t i = 0; i < 4; ++i) assert_near(case_out(i), out[i], 5, 1e-5);
+}
+
 static void closed_directions_unpack_to_the_normal(void **state) {
     static const float closed[] = {0, 0, 0, 0}, normal[] = {0, 0.6f, 0.8f};
     static const double expected[] = {0, 0.6, 0.8, 0, 0, 0, 0, 0};
@@ -446,6 +528,8 @@ int main(void) {
         cmocka_unit_test(blends_keep_moments_below_luma),
         cmocka_unit_test(sharpness_stands_for_the_mean_cosine),
         cmocka_unit_test(rejitter_leaves_flat_surfaces_and_edges_alone),
+        cmocka_unit_test(penumbrae_pack_as_documented),
+        cmocka_unit_test(lights_add_up_to_their_share_and_the_mean_of_their_penumbrae),
         cmocka_unit_test(closed_directions_unpack_to_the_normal),
         cmocka_unit_test(validation_layer_has_no_complaint),
     };

@@ -238,6 +238,7 @@ static void fill_texel(const rig *r, nrd_resource resource, uint32_t x, uint32_t
     case NRD_RESOURCE_IN_VIEWZ: texel[0] = is_sky(r, x, y) ? sky_z : 5 + 0.01f * (float)y; break;
     case NRD_RESOURCE_IN_DIFF_CONFIDENCE:
     case NRD_RESOURCE_IN_DISOCCLUSION_THRESHOLD_MIX: texel[0] = noise(seed); break;
+    case NRD_RESOURCE_IN_PENUMBRA: texel[0] = noise(seed) * (float)r->width < (float)x ? 65504.0f : 0.5f; texel[1] = texel[2] = texel[3] = 0; break;
     default:
         for (uint32_t c = 0; c < 4; c++) texel[c] = noise(seed + c) * (c == 1 || c == 2 ? 0.1f : 1.0f);
     }
@@ -383,6 +384,7 @@ static void *read_output(rig *r, nrd_resource resource, size_t *bytes)
 
 static float texel_value(const void *texels, VkFormat format, size_t index)
 {
+    if (format == VK_FORMAT_R8_UNORM || format == VK_FORMAT_R8G8B8A8_UNORM) return (float)((const uint8_t *)texels)[index] / 255.0f;
     if (format == VK_FORMAT_R16G16B16A16_SFLOAT) return half_to_float(((const uint16_t *)texels)[index]);
     return ((const float *)texels)[index];
 }
@@ -409,7 +411,7 @@ static void run_denoiser(nrd_denoiser denoiser, uint32_t features)
     void *texels = read_output(&r, output, &bytes);
     VkFormat format = r.images[output].format;
     double sum = 0;
-    for (size_t i = 0; i < (size_t)r.width * r.height * 4; i++) {
+    for (size_t i = 0; i < (size_t)r.width * r.height * (format == VK_FORMAT_R8_UNORM ? 1 : 4); i++) {
         float value = texel_value(texels, format, i);
         assert_true(isfinite(value));
         sum += value;

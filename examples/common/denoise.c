@@ -110,6 +110,28 @@ static bool pack_specular(const frame_view *view, void *texels)
     return pack_radiance(view, "specular", capture_find_plane(view->frame, "roughness"), texels);
 }
 
+static bool pack_shadow(const frame_view *view, void *texels)
+{
+    uint16_t *out = texels;
+    const float *hit = capture_find_plane(view->frame, "shadow.hitT");
+    for (size_t i = 0; i < pixels_of(view->frame); i++)
+        out[i] = pack_penumbra(hit[i], view->frame->sun_tan_angular_radius);
+    return true;
+}
+
+static bool pack_shadow_color(const frame_view *view, void *texels)
+{
+    float *color[3];
+    uint8_t *out = texels;
+    const float *hit = capture_find_plane(view->frame, "shadow.hitT");
+    capture_find_planes(view->frame, "shadow.translucency", "RGB", color);
+    for (size_t i = 0; i < pixels_of(view->frame); i++, out += 4) {
+        const float transmission[3] = { color[0][i], color[1][i], color[2][i] };
+        pack_translucency(hit[i], transmission, out);
+    }
+    return true;
+}
+
 static bool pack_signal(const frame_view *view, void *texels)
 {
     image m;
@@ -143,6 +165,9 @@ static const input_row inputs[] = {
       { "specular.R", "specular.G", "specular.B", "specular.hitT", "viewZ" } },
     { NRD_RESOURCE_IN_DIFF_CONFIDENCE, VK_FORMAT_R32_SFLOAT, pack_diffuse_confidence, { NULL } },
     { NRD_RESOURCE_IN_SPEC_CONFIDENCE, VK_FORMAT_R32_SFLOAT, pack_specular_confidence, { NULL } },
+    { NRD_RESOURCE_IN_PENUMBRA, VK_FORMAT_R16_SFLOAT, pack_shadow, { "shadow.hitT" } },
+    { NRD_RESOURCE_IN_TRANSLUCENCY, VK_FORMAT_R8G8B8A8_UNORM, pack_shadow_color,
+      { "shadow.translucency.R", "shadow.translucency.G", "shadow.translucency.B", "shadow.hitT" } },
     { NRD_RESOURCE_IN_SIGNAL, VK_FORMAT_R32G32B32A32_SFLOAT, pack_signal, { NULL } },
 };
 
@@ -151,6 +176,17 @@ static const input_row inputs[] = {
 static void unpack_radiance(const void *texels, size_t i, float rgbw[4])
 {
     pack_unpack_radiance_hit_dist((const uint16_t *)texels + 4 * i, rgbw);
+}
+
+static void unpack_shadow(const void *texels, size_t i, float rgbw[4])
+{
+    rgbw[0] = pack_unpack_shadow(((const uint8_t *)texels)[i]);
+}
+
+static void unpack_shadow_color(const void *texels, size_t i, float rgbw[4])
+{
+    for (int k = 0; k < 3; k++)
+        rgbw[k] = pack_unpack_shadow(((const uint8_t *)texels)[4 * i + (size_t)k]);
 }
 
 static void unpack_signal(const void *texels, size_t i, float rgbw[4])
@@ -169,6 +205,8 @@ typedef struct output_row {
 static const output_row outputs[] = {
     { NRD_RESOURCE_OUT_DIFF_RADIANCE_HITDIST, SIGNAL_DIFFUSE, SIGNAL_AO, true, unpack_radiance },
     { NRD_RESOURCE_OUT_SPEC_RADIANCE_HITDIST, SIGNAL_SPECULAR, SIGNAL_COUNT, true, unpack_radiance },
+    { NRD_RESOURCE_OUT_SHADOW, SIGNAL_SHADOW, SIGNAL_COUNT, true, unpack_shadow },
+    { NRD_RESOURCE_OUT_SHADOW_TRANSLUCENCY, SIGNAL_TRANSLUCENCY, SIGNAL_COUNT, true, unpack_shadow_color },
     { NRD_RESOURCE_OUT_SIGNAL, SIGNAL_COUNT, SIGNAL_COUNT, false, unpack_signal },
 };
 
@@ -221,10 +259,14 @@ typedef union settings_block {
 #undef SETTINGS_MEMBER
 } settings_block;
 
-static void resolve_settings(const denoise_desc *desc, nrd_denoiser owner, double metres_per_unit, settings_block *out)
+/* Defaults, the frame's sun, and what is given by hand. */
+static void resolve_settings(const denoise_desc *desc, nrd_denoiser owner, const capture *frame, settings_block *out)
 {
+    const setting_value sun[4] = { { "light_x", false, owner, frame->sun_direction[0] }, { "light_y", false, owner, frame->sun_direction[1] },
+                                   { "light_z", false, owner, frame->sun_direction[2] }, { "light_radius", false, owner, frame->sun_tan_angular_radius } };
     nrd_settings_defaults(owner, out);
-    settings_apply(desc->settings, desc->setting_count, owner, metres_per_unit, out);
+    settings_apply(sun, COUNT(sun), owner, 1.0, out);
+    settings_apply(desc->settings, desc->setting_count, owner, frame->metres_per_unit, out);
 }
 
 static bool has_confidence(const capture *frame)
@@ -269,7 +311,7 @@ nrd *denoise_make_instance(const denoise_desc *desc, const capture *frame, denoi
     bool ok = check(nrd_create(&nd, &instance), sink);
     for (uint32_t i = 0; i < desc->denoiser_count && ok; i++) {
         settings_block settings;
-        resolve_settings(desc, desc->denoisers[i], frame->metres_per_unit, &settings);
+        resolve_settings(desc, desc->denoisers[i], frame, &settings);
         ok = check(nrd_set_settings(instance, i, &settings), sink);
     }
     if (!ok) {
@@ -290,11 +332,12 @@ static bool check_inputs(const denoise_desc *desc, const nrd *instance, const ca
 {
     for (size_t i = 0; i < COUNT(inputs); i++) {
         size_t count = 0;
+        uint32_t attributes = inputs[i].resource == NRD_RESOURCE_IN_PENUMBRA ? CAPTURE_HAS_SUN_DIRECTION | CAPTURE_HAS_SUN_TAN_ANGULAR_RADIUS : 0;
         if (!nrd_uses_resource(instance, inputs[i].resource))
             continue;
         while (count < COUNT(inputs[i].planes) && inputs[i].planes[count])
             count++;
-        if (!capture_require(frame, path, 0, inputs[i].planes, count, sink->text, sink->size))
+        if (!capture_require(frame, path, attributes, inputs[i].planes, count, sink->text, sink->size))
             return false;
         if (inputs[i].resource == NRD_RESOURCE_IN_SIGNAL
             && !signal_require(frame, path, desc->reference_signal, sink->text, sink->size))
@@ -449,7 +492,7 @@ static frame_view view_of(const denoise *d, const capture *frame)
     frame_view view = { frame, d->desc.reference_signal, { 0 } };
     for (uint32_t i = 0; i < d->desc.denoiser_count; i++) {
         settings_block settings;
-        resolve_settings(&d->desc, d->desc.denoisers[i], frame->metres_per_unit, &settings);
+        resolve_settings(&d->desc, d->desc.denoisers[i], frame, &settings);
         for (int k = 0; k < 4; k++) {
             double value;
             if (settings_get(d->desc.denoisers[i], &settings, names[k], &value))
@@ -471,6 +514,18 @@ static bool upload_inputs(denoise *d, const frame_view *view)
             return say(d->sink.text, d->sink.size, gpu_error(&d->g));
     }
     return true;
+}
+
+/* The sun may move from frame to frame. */
+static bool set_settings(denoise *d, const capture *frame)
+{
+    bool ok = true;
+    for (uint32_t i = 0; i < d->desc.denoiser_count && ok; i++) {
+        settings_block settings;
+        resolve_settings(&d->desc, d->desc.denoisers[i], frame, &settings);
+        ok = check(nrd_set_settings(d->instance, i, &settings), &d->sink);
+    }
+    return ok;
 }
 
 /* OpenEXR matrices are row-major for row vectors: the same bytes as nrd.h's column-major for column vectors. */
@@ -579,7 +634,7 @@ static bool is_ambient_occlusion(const denoise *d, const frame_view *view)
     settings_block settings;
     double history_length = 0;
     for (uint32_t i = 0; i < d->desc.denoiser_count; i++) {
-        resolve_settings(&d->desc, d->desc.denoisers[i], view->frame->metres_per_unit, &settings);
+        resolve_settings(&d->desc, d->desc.denoisers[i], view->frame, &settings);
         settings_get(d->desc.denoisers[i], &settings, "return_history_length_instead_of_occlusion", &history_length);
     }
     float metres = view->hit_distance[0] * view->frame->metres_per_unit;
@@ -605,11 +660,12 @@ static bool add_final(denoise *d, const capture *frame, const char *path, captur
     float *sun[3];
     bool has_sun = capture_find_planes(frame, "sun", "RGB", sun), ok = true;
     image *diffuse = &signals[SIGNAL_DIFFUSE], *specular = &signals[SIGNAL_SPECULAR], *final = &signals[SIGNAL_FINAL];
-    const image *shadow = has_sun ? &signals[SIGNAL_SHADOW] : NULL;
+    bool colored = signals[SIGNAL_TRANSLUCENCY].channels != 0;
+    const image *shadow = has_sun ? &signals[colored ? SIGNAL_TRANSLUCENCY : SIGNAL_SHADOW] : NULL;
     if (final->channels || !signal_require(frame, path, SIGNAL_FINAL, NULL, 0))
         return true;
     for (int s = 0; s < SIGNAL_FINAL && ok; s++)
-        if (!signals[s].channels && s != SIGNAL_AO && (s != SIGNAL_SHADOW || has_sun))
+        if (!signals[s].channels && s != SIGNAL_AO && (s != SIGNAL_SHADOW || (has_sun && !colored)))
             ok = signal_get(frame, NULL, (signal_id)s, SOURCE_NOISY, &signals[s]);
     ok = ok && signal_compose(frame, diffuse, specular, shadow, final) && add_planes(out, SIGNAL_FINAL, final);
     return ok || say(d->sink.text, d->sink.size, "out of memory");
@@ -643,7 +699,7 @@ bool denoise_frame(denoise *d, const capture *frame, const char *path, uint32_t 
     d->sink = (denoise_sink){ error, error_size };
     frame_view view = view_of(d, frame);
     bool ok = check_frame(&d->desc, d->instance, frame, path, &d->sink) && upload_inputs(d, &view)
-        && set_frame(d, frame, index) && run_passes(d) && take_timings(d) && read_outputs(d, &view, path, out);
+        && set_settings(d, frame) && set_frame(d, frame, index) && run_passes(d) && take_timings(d) && read_outputs(d, &view, path, out);
     d->sink = (denoise_sink){ NULL, 0 };
     return ok;
 }

@@ -37,6 +37,28 @@ void pack_radiance_hit_dist(const float rgb[3], float norm_hit_dist, uint16_t te
     half_from_floats(texel, packed, 4);
 }
 
+uint16_t pack_penumbra(float occluder_dist, float tan_angular_radius)
+{
+    return half_from_float(nrd_pack_penumbra(occluder_dist, tan_angular_radius));
+}
+
+uint16_t pack_local_penumbra(float occluder_dist, float light_dist, float light_radius)
+{
+    return half_from_float(nrd_pack_local_penumbra(occluder_dist, light_dist, light_radius));
+}
+
+void pack_translucency(float occluder_dist, const float transmission[3], uint8_t texel[4])
+{
+    nrd_vec4 t = nrd_pack_translucency(occluder_dist, vec3_of(transmission));
+    texel[0] = (uint8_t)unorm(t.x, 255), texel[1] = (uint8_t)unorm(t.y, 255);
+    texel[2] = (uint8_t)unorm(t.z, 255), texel[3] = (uint8_t)unorm(t.w, 255);
+}
+
+float pack_unpack_shadow(uint8_t texel)
+{
+    return nrd_unpack_shadow((float)texel / 255.0f);
+}
+
 void pack_unpack_radiance_hit_dist(const uint16_t texel[4], float rgbw[4])
 {
     nrd_vec4 t = nrd_make_vec4(half_to_float(texel[0]), half_to_float(texel[1]), half_to_float(texel[2]), half_to_float(texel[3]));

@@ -17,6 +17,19 @@ float pack_normalize_hit_dist(float hit_dist, float view_z, float roughness, con
    channel make the colour black, negative values 0. */
 void pack_radiance_hit_dist(const float rgb[3], float norm_hit_dist, uint16_t texel[4]);
 
+/* nrd_pack_penumbra as an R16F texel: half width of the penumbra, units. occluder_dist in units: 0 (faces away) and NaN give
+   0, 65504 and more (the ray reached the light) 65504. */
+uint16_t pack_penumbra(float occluder_dist, float tan_angular_radius);
+
+/* nrd_pack_local_penumbra as an R16F texel; light_dist and light_radius in units. */
+uint16_t pack_local_penumbra(float occluder_dist, float light_dist, float light_radius);
+
+/* nrd_pack_translucency as an RGBA8 texel. */
+void pack_translucency(float occluder_dist, const float transmission[3], uint8_t texel[4]);
+
+/* nrd_unpack_shadow of an R8 texel: visibility, [0,1]. */
+float pack_unpack_shadow(uint8_t texel);
+
 /* nrd_unpack_radiance_hit_dist: RGB, each >= 0, and w. */
 void pack_unpack_radiance_hit_dist(const uint16_t texel[4], float rgbw[4]);
 

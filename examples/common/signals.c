@@ -84,7 +84,7 @@ static void compose_channel(const capture *frame, int k, const image *diffuse, c
     if (shadow)
         capture_find_planes(frame, "sun", suffixes[k], &sun);
     for (size_t i = 0; i < image_pixels(diffuse); i++) {
-        float sunlight = sun ? sun[i] * shadow->planes[0][i] : 0.0f, emitted = emission ? emission[i] : 0.0f;
+        float sunlight = sun ? sun[i] * shadow->planes[shadow->channels == 3 ? k : 0][i] : 0.0f, emitted = emission ? emission[i] : 0.0f;
         out[i] = diffuse->planes[k][i] * diffuse_factor[i] + specular->planes[k][i] * specular_factor[i] + sunlight + emitted;
     }
 }
@@ -135,7 +135,7 @@ bool signal_get(const capture *frame, const capture *denoised, signal_id signal,
 void signal_mask(const capture *frame, signal_id signal, unsigned char *mask)
 {
     const float *z = capture_find_plane(frame, "viewZ");
-    const char *lit_by = signal == SIGNAL_DIFFUSE ? "diffuseFactor" : signal == SIGNAL_SHADOW ? "sun" : "";
+    const char *lit_by = signal == SIGNAL_DIFFUSE ? "diffuseFactor" : signal == SIGNAL_SHADOW || signal == SIGNAL_TRANSLUCENCY ? "sun" : "";
     float *lit[3];
     bool needs_light = capture_find_planes(frame, lit_by, "RGB", lit);
     for (size_t i = 0; i < (size_t)frame->width * (size_t)frame->height; i++) {

@@ -15,7 +15,8 @@
     X(SPECULAR, "specular", 3, "specular", "denoised.specular", "ref.specular")              \
     X(SHADOW, "shadow", 1, "shadow.hitT", "denoised.shadow", "ref.shadow")                   \
     X(AO, "ao", 1, "diffuse.hitT", "denoised.diffuse.ao", "ref.diffuse.ao")                  \
-    X(FINAL, "final", 3, NULL, "denoised.final", NULL)
+    X(FINAL, "final", 3, NULL, "denoised.final", NULL)                                       \
+    X(TRANSLUCENCY, "translucency", 3, "shadow.translucency", "denoised.shadow.translucency", "ref.shadow.translucency")
 
 typedef enum signal_id {
 #define SIGNAL_ENUMERATOR(id, name, channels, noisy, denoised, reference) SIGNAL_##id,

@@ -38,6 +38,7 @@
     X(vec4, motion_scale) \
     X(vec4, hit_distance)           /* A, B, C, D of nrd_hit_dist_scale */ \
     X(vec4, jitter_delta)           /* xy: current - previous, px */ \
+    X(vec4, light)                  /* view space: unit vector to a directional light (w 0), position of a local one (w 1); xyz 0: unknown */ \
     X(uint, rect_width) X(uint, rect_height) X(uint, rect_width_prev) X(uint, rect_height_prev) \
     X(uint, rect_origin_x) X(uint, rect_origin_y) X(uint, frame_index) X(uint, reset) \
     X(float, orthographic) X(float, orthographic_prev) X(float, pixel_unproject) X(float, view_z_scale) \
@@ -46,7 +47,7 @@
     X(float, history_fix_frames) X(float, max_blur_radius) X(float, prepass_blur_radius) X(float, luminance_sigma_scale) \
     X(float, plane_distance_sensitivity) X(float, normal_sensitivity) X(float, antilag_sigma_scale) X(float, antilag_sensitivity) \
     X(float, stabilization_sigma_scale) X(float, feedback_frames) X(uint, min_material) X(uint, flags) \
-    X(float, denoising_range_prev) X(float, specular_prepass_blur_radius) X(float, unused_1) X(float, unused_2)
+    X(float, denoising_range_prev) X(float, specular_prepass_blur_radius) X(float, light_radius) X(float, penumbra_blur_scale)
 
 /* nrd_constants.flags */
 #define NRD_FLAG_HISTORY_CONFIDENCE  1u

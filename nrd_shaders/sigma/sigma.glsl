@@ -1,0 +1,131 @@
+/* What the passes of SIGMA share: the words they hand each other, and distances as the light sees them. */
+#ifndef SIGMA_GLSL
+#define SIGMA_GLSL
+
+/* ---- visibility: a number, or three */
+#ifdef TRANSLUCENCY
+#define Visibility vec3
+float luma_of(Visibility v) { return nrd_luma(v); }
+#else
+#define Visibility float
+float luma_of(Visibility v) { return v; }
+#endif
+/* Roots, for finer steps in the dark. */
+vec4 shadow_texel(Visibility v) { return vec4(sqrt(clamp(vec3(v), 0.0, 1.0)), 1.0); }
+const Visibility NO_LIGHT = Visibility(0.0);
+const Visibility ALL_LIGHT = Visibility(1.0);
+
+/* ---- words. x: 12 bits depth, 8 bits mean visibility (its red), then
+   of this frame   4 bits frames in it (0: no penumbra here, the ray as it is), 8 bits half width of the penumbra in pixels: of a blocked
+                   ray without a penumbra its own, of a lit one any
+   history         8 bits stabilised visibility (its luma; 0 frames: width as above instead), 4 bits frames
+   y, translucent only: 8 bits green, 8 bits blue, and of this frame 8 bits reprojected stabilised luma. */
+const float DEPTH_STEPS = 170.625;      /* per octave; 24 octaves below the denoising range */
+const float DEPTH_ERROR = 2.1e-3;       /* of the depth, at most */
+const uint DEPTH_NONE = 4095u;          /* sky, or faces away from the light */
+
+uint pack_depth(float z)
+{
+    return uint(clamp(log2(z / g.denoising_range) * DEPTH_STEPS + (24.0 * DEPTH_STEPS + 0.5), 0.0, 4094.0));
+}
+/* range: the denoising range of the frame that packed it. */
+float unpack_depth(uvec2 word, float range) { return exp2(float(word.x & 4095u) / DEPTH_STEPS - 24.0) * range; }
+bool is_nothing(uvec2 word) { return (word.x & 4095u) == DEPTH_NONE; }
+
+const float WIDTH_ANY = 256.0;           /* px */
+const float WIDTH_STEPS = 254.0 / 12.0;  /* per octave, from 1/16 px on */
+uint pack_width(float px) { return px > 0.0 ? uint(clamp((log2(px) + 4.0) * WIDTH_STEPS + 1.5, 1.0, 255.0)) : 0u; }
+float unpack_width(uint code) { return code == 0u ? 0.0 : exp2((float(code) - 1.0) / WIDTH_STEPS - 4.0); }
+
+/* random: [0, 1), decides the rounding, so that averages survive 8 bits. 0 and 1 stay what they are. */
+uint pack_byte(float v, float random) { return uint(clamp(v, 0.0, 1.0) * 255.0 + random); }
+float byte_of(uint word, int shift) { return float((word >> shift) & 255u) / 255.0; }
+
+uvec2 pack_mean(uint depth, Visibility v, float random, uint frames, float width_px, float stabilized)
+{
+    uint rest = depth | (frames << 20) | (pack_width(width_px) << 24);
+#ifdef TRANSLUCENCY
+    return uvec2(rest | (pack_byte(v.x, random) << 12), pack_byte(v.y, random) | (pack_byte(v.z, random) << 8) | (pack_byte(stabilized, 0.5) << 16));
+#else
+    return uvec2(rest | (pack_byte(v, random) << 12), 0u);
+#endif
+}
+
+Visibility visibility_of(uvec2 word)
+{
+#ifdef TRANSLUCENCY
+    return vec3(byte_of(word.x, 12), byte_of(word.y, 0), byte_of(word.y, 8));
+#else
+    return byte_of(word.x, 12);
+#endif
+}
+uint mean_frames(uvec2 word) { return (word.x >> 20) & 15u; }
+float mean_width_px(uvec2 word) { return unpack_width(word.x >> 24); }
+
+uvec2 pack_history(uvec2 mean, uint stabilized) { return uvec2((mean.x & 0xfffffu) | (stabilized << 20) | (mean_frames(mean) << 28), mean.y & 0xffffu); }
+uvec2 pack_ray_history(uvec2 mean) { return pack_history(mean, mean.x >> 24); }
+uint history_frames(uvec2 word) { return word.x >> 28; }
+float history_stabilized(uvec2 word) { return history_frames(word) == 0u ? luma_of(visibility_of(word)) : byte_of(word.x, 20); }
+float history_width_px(uvec2 word) { return history_frames(word) == 0u ? unpack_width((word.x >> 20) & 255u) : WIDTH_ANY; }
+/* Where no penumbra was near: of any depth, no frames. */
+uvec2 uniform_history(bool lit) { return uvec2(DEPTH_NONE | 0xff00000u | (lit ? 0xff000u : 0u), lit ? 0xffffu : 0u); }
+
+/* ---- tiles, bits: penumbra in this frame; its history has to be written; its rays reach the light */
+const uint TILE_ACTIVE = 1u;
+const uint TILE_STALE = 2u;
+const uint TILE_LIT = 4u;
+uint unpack_tile(float texel) { return uint(texel * 255.0 + 0.5); }
+
+/* ---- the light's view of a surface. The surface around a pixel is taken as the plane through it. For offsets in pixels from there:
+   the distance along the light and the square of the distance perpendicular to it, which is what a penumbra's width is measured in. */
+struct LightFrame {
+    vec3 across;    /* perpendicular^2 = across.x x^2 + 2 across.y x y + across.z y^2 */
+    vec2 along;     /* distance towards the light */
+    vec2 deepening; /* growth of the depth, relative */
+    float pixel;    /* size of a pixel, facing the camera */
+};
+
+const float LEAST_FACING = 0.05;   /* cos of the steepest angle to the line of sight that is believed */
+
+/* Unit vector to the light; the normal where the light is unknown, so that distances are those in the surface. */
+vec3 to_light(vec3 position_vs, vec3 normal_vs)
+{
+    vec3 l = g.light.xyz - position_vs * g.light.w;
+    float squared = dot(l, l);
+    return squared > 0.0 ? l * inversesqrt(squared) : normal_vs;
+}
+
+LightFrame make_light_frame(vec3 position_vs, vec3 normal_vs)
+{
+    LightFrame f;
+    vec3 ray = vec3(position_vs.xy / position_vs.z * (1.0 - g.orthographic), 1.0), l = to_light(position_vs, normal_vs);
+    float facing = dot(normal_vs, ray), least = LEAST_FACING * length(ray);
+    facing = abs(facing) < least ? (facing < 0.0 ? -least : least) : facing;
+    vec2 step = g.frustum.zw / vec2(rect_size()) * mix(position_vs.z, 1.0, g.orthographic);
+    vec2 deeper = -step * normal_vs.xy / facing;
+    vec3 x = vec3(step.x, 0.0, 0.0) + ray * deeper.x, y = vec3(0.0, step.y, 0.0) + ray * deeper.y;
+    f.along = vec2(dot(x, l), dot(y, l));
+    f.across = vec3(dot(x, x), dot(x, y), dot(y, y)) - vec3(f.along.x * f.along.x, f.along.x * f.along.y, f.along.y * f.along.y);
+    f.deepening = deeper / position_vs.z * (1.0 - g.orthographic);
+    f.pixel = abs(step.y);
+    return f;
+}
+
+/* Where on the plane, counted in pixels at the centre's depth, a pixel this far away looks; and the reverse. */
+vec2 pixels_to_plane(LightFrame f, vec2 offset) { return offset / max(1.0 - dot(f.deepening, offset), 0.1); }
+vec2 plane_to_pixels(LightFrame f, vec2 offset) { return offset / max(1.0 + dot(f.deepening, offset), 0.1); }
+
+float across_squared(LightFrame f, vec2 offset)
+{
+    return max(f.across.x * offset.x * offset.x + (2.0 * f.across.y * offset.x + f.across.z * offset.y) * offset.y, 0.0);
+}
+
+vec3 load_normal_vs(sampler2D normal_roughness, ivec2 pixel)
+{
+    vec4 texel = texelFetch(normal_roughness, pixel + rect_origin(), 0);
+    return nrd_decode_normal_roughness(texel, SPEC_NORMAL_FORMAT, SPEC_ROUGHNESS_FORMAT).normal * mat3(g.view_to_world);
+}
+
+float random_of(ivec2 pixel, uint salt) { return float(hash(uint(pixel.x) + salt * 0x632be5abu, uint(pixel.y), g.frame_index) >> 8) / 16777216.0; }
+
+#endif
