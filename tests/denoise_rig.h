@@ -76,6 +76,8 @@ static inline VkFormat rig_format(nrd_resource resource)
     case NRD_RESOURCE_IN_NORMAL_ROUGHNESS: return VK_FORMAT_A2B10G10R10_UNORM_PACK32;
     case NRD_RESOURCE_IN_VIEWZ: return VK_FORMAT_R32_SFLOAT;
     case RIG_RADIANCE: return VK_FORMAT_R16G16B16A16_SFLOAT;
+    case NRD_RESOURCE_IN_PENUMBRA: return VK_FORMAT_R16_SFLOAT;
+    case NRD_RESOURCE_IN_TRANSLUCENCY: return VK_FORMAT_R8G8B8A8_UNORM;
     case NRD_RESOURCE_IN_SIGNAL: return VK_FORMAT_R32G32B32A32_SFLOAT;
     default: return nrd_vk_format(nrd_resource_format(resource));
     }

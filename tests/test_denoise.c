@@ -325,6 +325,65 @@ static void denoising_removes_the_noise_and_keeps_the_picture(void **state)
     capture_destroy(&denoised);
 }
 
+/* Adds a sun and a shadow with a penumbra to a frame of the corner: half as wide as the picture, of an occluder 2 m away. */
+static void add_shadow(capture *c, int frame)
+{
+    float *hit = capture_add_plane(c, "shadow.hitT", CAPTURE_HALF), *truth = capture_add_plane(c, "ref.shadow", CAPTURE_FLOAT);
+    assert_true(hit && truth);
+    for (int i = 0; i < PIXELS; i++) {
+        truth[i] = fminf(fmaxf(2 * (float)(i % CORNER_WIDTH) / CORNER_WIDTH - 0.5f, 0), 1);
+        hit[i] = corner_random((uint32_t)i, (uint32_t)frame, 77) < truth[i] ? 65504.0f : 2.0f;
+    }
+    const float sun[3] = { 0.6f, 0.64f, -0.48f };
+    memcpy(c->sun_direction, sun, sizeof sun);
+    c->sun_tan_angular_radius = 0.5f;
+    c->present |= CAPTURE_HAS_SUN_DIRECTION | CAPTURE_HAS_SUN_TAN_ANGULAR_RADIUS;
+}
+
+static void make_shadows(const char *name, uint32_t without)
+{
+    char path[128];
+    snprintf(path, sizeof path, "%s/%s", folder, name);
+    assert_int_equal(mkdir(path, 0777), 0);
+    for (int i = 0; i < 6; i++) {
+        capture c;
+        assert_true(corner_make(&c, (corner_view){ i, 0 }));
+        add_shadow(&c, i);
+        c.present &= ~without;
+        write_frame(&c, name, i);
+        capture_destroy(&c);
+    }
+}
+
+static void shadows_are_denoised_alone_and_beside_a_radiance(void **state)
+{
+    (void)state;
+    make_shadows("shadow", 0);
+    make_shadows("no_sun", CAPTURE_HAS_SUN_DIRECTION);
+    succeed(run("nrd-denoise", "--denoiser sigma_shadow shadow out_shadow"));
+    succeed(run("nrd-denoise", "--denoiser reblur_diffuse,sigma_shadow shadow out_both"));
+    capture alone = read_frame("out_shadow", 5), both = read_frame("out_both", 5), frame = read_frame("shadow", 5);
+    const float *a = capture_find_plane(&alone, "denoised.shadow"), *b = capture_find_plane(&both, "denoised.shadow");
+    const float *truth = capture_find_plane(&frame, "ref.shadow"), *hit = capture_find_plane(&frame, "shadow.hitT");
+    assert_true(a && b && capture_find_plane(&both, "denoised.diffuse.R"));
+    assert_memory_equal(a, b, PIXELS * sizeof *a);
+    double error = 0, noise = 0;
+    for (int i = PIXELS / 4; i < PIXELS; i++) {   /* below the sky */
+        float ray = hit[i] >= 65504 ? 1.0f : 0.0f;
+        error += (a[i] - truth[i]) * (a[i] - truth[i]);
+        noise += (ray - truth[i]) * (ray - truth[i]);
+    }
+    print_message("squared error of the shadow: %.5f of the input's\n", error / noise);
+    assert_true(error < 0.1 * noise);
+    assert_true(run("nrd-denoise", "--denoiser sigma_shadow no_sun out_no_sun") != 0);
+    assert_non_null(strstr(errors, "sunDirection"));
+    assert_true(run("nrd-denoise", "--denoiser sigma_shadow_translucency shadow out_color") != 0);
+    assert_non_null(strstr(errors, "shadow.translucency.R"));
+    capture_destroy(&alone);
+    capture_destroy(&both);
+    capture_destroy(&frame);
+}
+
 static void score_prints_what_the_metrics_say(void **state)
 {
     double sum[2] = { 0, 0 };
@@ -491,6 +550,7 @@ int main(void)
         cmocka_unit_test(a_bad_frame_keeps_the_whole_ones_before_it),
         cmocka_unit_test(the_other_programs_name_what_is_wrong_too),
         cmocka_unit_test(denoising_removes_the_noise_and_keeps_the_picture),
+        cmocka_unit_test(shadows_are_denoised_alone_and_beside_a_radiance),
         cmocka_unit_test(score_prints_what_the_metrics_say),
         cmocka_unit_test(the_reference_denoiser_averages),
         cmocka_unit_test(final_is_composed_with_what_was_not_denoised),
