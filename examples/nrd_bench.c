@@ -1,7 +1,8 @@
 /* nrd-bench: device time of every pass on a synthetic scene.
 
-   nrd-bench [--denoiser NAME] [--size WxH] [--frames N] [--device N]
+   nrd-bench [--denoiser NAME] [--size WxH] [--frames N] [--device N] [--penumbra SHARE]
    Prints the median over the frames in microseconds per pass, their sum, and the bytes that the passes read and write per second.
+   --penumbra: share of the pixels that lie in a penumbra, for shadows; the rest is lit and dark in equal parts.
    --denoiser reference does next to nothing but move bytes: its rate is what the device can copy. */
 #define NRD_IMPLEMENTATION
 #define NRD_VK_IMPLEMENTATION
@@ -19,10 +20,13 @@
 
 enum { NOISES = 4, MAX_FRAMES = 1000, MAX_PASSES = 16, WARM_UP = 16 };
 
-typedef struct options { uint32_t width, height, frames; int device; nrd_denoiser denoiser; } options;
+typedef struct options { uint32_t width, height, frames; int device; nrd_denoiser denoiser; float penumbra; } options;
 
 static gpu g;
-static gpu_image images[NRD_RESOURCE_COUNT], noise[NOISES];
+static gpu_image images[NRD_RESOURCE_COUNT], noise[NOISES], rays[NOISES];
+/* Inputs that get noise; of one denoiser each another image. */
+static const nrd_resource noisy[] = { NRD_RESOURCE_IN_DIFF_RADIANCE_HITDIST, NRD_RESOURCE_IN_SPEC_RADIANCE_HITDIST, NRD_RESOURCE_IN_SIGNAL, NRD_RESOURCE_IN_TRANSLUCENCY };
+#define NOISY_COUNT (sizeof noisy / sizeof noisy[0])
 static nrd *denoiser;
 static nrd_vk *denoiser_vk;
 static float (*times_us)[MAX_PASSES];
@@ -82,6 +86,23 @@ static bool make_noise(const options *o, uint32_t index)
     return ok;
 }
 
+/* Slanting bands of light and shadow, a fifth of the picture wide, with penumbrae between them. */
+static bool make_rays(const options *o, uint32_t index)
+{
+    size_t pixels = (size_t)o->width * o->height;
+    uint16_t *texels = malloc(pixels * 2);
+    for (size_t i = 0; texels && i < pixels; i++) {
+        float z, normal[4], x = (float)(i % o->width), y = (float)(i / o->width), band = (x + 0.3f * y) / (0.2f * o->width);
+        surface(o, (uint32_t)(i % o->width), (uint32_t)(i / o->width), &z, normal);
+        float lit = 0.5f + (fabsf(fmodf(band, 2) - 1) - 0.5f) / fmaxf(o->penumbra, 1e-3f), half_width = 0.1f * o->width * o->penumbra * z / o->height;
+        bool reached = (hash((uint32_t)i * NOISES + index) >> 8) / 16777216.0f < lit;
+        texels[i] = half_from_float(reached ? 65504 : half_width);
+    }
+    bool ok = texels && gpu_image_create(&g, o->width, o->height, VK_FORMAT_R16_SFLOAT, "rays", &rays[index]) && gpu_upload(&g, &rays[index], texels);
+    free(texels);
+    return ok;
+}
+
 static void print_message(void *user, nrd_severity severity, nrd_result result, const char *text)
 {
     (void)user;
@@ -101,6 +122,11 @@ static bool make_denoiser(const options *o)
         VkFormat format = nrd_vk_format(nrd_resource_format((nrd_resource)r));
         if (format && !gpu_image_create(&g, o->width, o->height, format, nrd_resource_name((nrd_resource)r), &images[r])) return false;
     }
+    nrd_sigma_settings sun = nrd_sigma_defaults();
+    sun.light_x = 0.5f;
+    sun.light_y = 0.7f;
+    sun.light_z = -0.5f;
+    if ((o->denoiser == NRD_DENOISER_SIGMA_SHADOW || o->denoiser == NRD_DENOISER_SIGMA_SHADOW_TRANSLUCENCY) && nrd_set_settings(denoiser, 0, &sun)) return false;
     return nrd_vk_create(&vk, &denoiser_vk) == NRD_RESULT_OK;
 }
 
@@ -117,8 +143,8 @@ static bool run_frame(uint32_t index)
 {
     nrd_vk_image shared[NRD_RESOURCE_COUNT];
     uint32_t count = 0;
-    images[NRD_RESOURCE_IN_DIFF_RADIANCE_HITDIST] = images[NRD_RESOURCE_IN_SIGNAL] = noise[index % NOISES];
-    images[NRD_RESOURCE_IN_SPEC_RADIANCE_HITDIST] = noise[(index + 1) % NOISES];
+    for (uint32_t i = 0; i < NOISY_COUNT; i++) images[noisy[i]] = noise[(index + i) % NOISES];
+    images[NRD_RESOURCE_IN_PENUMBRA] = rays[index % NOISES];
     for (uint32_t r = 0; r < NRD_RESOURCE_COUNT; r++) {
         gpu_image *i = &images[r];
         if (i->image && nrd_uses_resource(denoiser, (nrd_resource)r)) shared[count++] = (nrd_vk_image){ (nrd_resource)r, i->image, i->view, i->format, i->width, i->height, i->layout, i->layout, 0, 0 };
@@ -180,7 +206,7 @@ static bool bench(const options *o)
     uint32_t passes = 0;
     double total = 0;
     bool ok = make_guides(o);
-    for (uint32_t i = 0; ok && i < NOISES; i++) ok = make_noise(o, i);
+    for (uint32_t i = 0; ok && i < NOISES; i++) ok = make_noise(o, i) && make_rays(o, i);
     if (!ok || !make_denoiser(o) || !measure(o, names, &passes)) return false;
     printf("%s, %s, %ux%u, median of %u frames\n", g.properties.deviceName, nrd_denoiser_name(o->denoiser), o->width, o->height, o->frames);
     for (uint32_t p = 0; p < passes; p++) {
@@ -199,9 +225,10 @@ static bool parse(int argc, char **argv, options *o)
         const char *value = i + 1 < argc ? argv[i + 1] : "";
         bool ok = (!strcmp(argv[i], "--size") && sscanf(value, "%ux%u", &o->width, &o->height) == 2 && o->width && o->height && o->width <= 16384 && o->height <= 16384)
                || (!strcmp(argv[i], "--frames") && (o->frames = (uint32_t)atoi(value)) > 0 && o->frames <= MAX_FRAMES)
+               || (!strcmp(argv[i], "--penumbra") && sscanf(value, "%f", &o->penumbra) == 1 && o->penumbra >= 0 && o->penumbra <= 1)
                || (!strcmp(argv[i], "--denoiser") && nrd_find_denoiser(value, &o->denoiser) == NRD_RESULT_OK)
                || (!strcmp(argv[i], "--device") && sscanf(value, "%d", &o->device) == 1);
-        if (!ok) return fprintf(stderr, "nrd-bench: %s %s: usage: nrd-bench [--denoiser NAME] [--size WxH] [--frames 1..%d] [--device N]\n", argv[i], value, MAX_FRAMES), false;
+        if (!ok) return fprintf(stderr, "nrd-bench: %s %s: usage: nrd-bench [--denoiser NAME] [--size WxH] [--frames 1..%d] [--device N] [--penumbra 0..1]\n", argv[i], value, MAX_FRAMES), false;
     }
     return true;
 }
@@ -210,16 +237,17 @@ static void clean_up(void)
 {
     nrd_vk_destroy(denoiser_vk);
     nrd_destroy(denoiser);
-    images[NRD_RESOURCE_IN_DIFF_RADIANCE_HITDIST] = images[NRD_RESOURCE_IN_SPEC_RADIANCE_HITDIST] = images[NRD_RESOURCE_IN_SIGNAL] = (gpu_image){ 0 };
+    for (uint32_t i = 0; i < NOISY_COUNT; i++) images[noisy[i]] = (gpu_image){ 0 };
+    images[NRD_RESOURCE_IN_PENUMBRA] = (gpu_image){ 0 };
     for (uint32_t r = 0; r < NRD_RESOURCE_COUNT; r++) gpu_image_destroy(&g, &images[r]);
-    for (uint32_t i = 0; i < NOISES; i++) gpu_image_destroy(&g, &noise[i]);
+    for (uint32_t i = 0; i < NOISES; i++) gpu_image_destroy(&g, &noise[i]), gpu_image_destroy(&g, &rays[i]);
     gpu_close(&g);
     free(times_us);
 }
 
 int main(int argc, char **argv)
 {
-    options o = { 1920, 1080, 60, 0, NRD_DENOISER_REBLUR_DIFFUSE };
+    options o = { 1920, 1080, 60, 0, NRD_DENOISER_REBLUR_DIFFUSE, 0.2f };
     char error[256];
     if (!parse(argc, argv, &o)) return 2;
     gpu_desc desc = { .device_index = o.device };
