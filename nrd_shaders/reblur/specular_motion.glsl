@@ -247,17 +247,6 @@ float limit_frames(float frames, float shift, float footprint)
     return min(frames, max(g.max_accumulated_frames, 1.0) / (1.0 + PARALLAX_FALLOFF * square(shift / footprint)));
 }
 
-History mix_histories(History a, History b, float amount)
-{
-    History h = no_history();
-    h.color = mix(a.color, b.color, amount);
-    h.frames = mix(a.frames, b.frames, amount);
-    h.hit_dist = mix(a.hit_dist, b.hit_dist, amount);
-    h.stabilized = mix(a.stabilized, b.stabilized, amount);
-    h.bend = mix(a.bend, b.bend, amount);
-    return h;
-}
-
 /* The lengths of histories as the footprint's texels have them. */
 float mean_frames(Footprint f, int signal)
 {
@@ -276,47 +265,49 @@ float parallax_px(vec3 position, vec2 uv_prev)
     return min(length((far_uv - uv_prev) * size_prev_px()), 1e3);
 }
 
-/* The history of a surface that shows something in the lobe, with a length of its own. */
-History specular_history(Footprint f, float frames, float alpha, vec3 normal)
+/* Which texels of the previous frame showed what this pixel shows, and for how many frames that may count. */
+struct SpecularMatch {
+    Footprint footprint;
+    float frames;
+    vec3 normal;
+    vec2 uv;
+};
+
+/* Replaces the surface's own texels by those that mirrored the same point, where these may count for longer. Mixing both costs a second
+   fetch and gains nothing. */
+void follow_reflection(inout SpecularMatch match, vec3 target, Reprojection r, Curvature c, nrd_surface surface, Tracking t, vec3 normal_prev, float footprint, float drift)
 {
-    History h = fetch_history(f, f.weights, SPECULAR_SIGNAL, normal);
-    h.frames = min(frames, bend_limit(h, max(alpha * alpha, NARROWEST_LOBE)));
-    return h;
+    VirtualMotion m = find_virtual_motion(target, r, normal_prev, surface.normal, c);
+    float travel = min(length((m.uv - r.uv) * size_prev_px()), 1e3), width = max(footprint, LEAST_FOOTPRINT);
+    match.frames = limit_frames(match.frames, travel, 0.5 * width);
+    if (m.error < 0.0 || travel < drift) return;
+    Footprint moved = fetch_footprint(m.uv);
+    weigh_surface(moved, m.position, m.normal, surface.material_id, r.tolerance + m.bow);
+    if (c.bump < BUMPY) m.error = remaining_step(moved, m, target, c);
+    moved.weights *= roughness_agreement(moved, surface.roughness) * tracking_agreement(moved, t, travel);
+    float frames = limit_frames(mean_frames(moved, SPECULAR_SIGNAL), travel * min(t.sigma / max(t.q, 1e-4), 1.0), width);
+    frames /= 1.0 + 0.1 * frames * square(m.error / max(footprint, 0.5));
+    float longer = max(frames, match.frames);
+    if (!(frames > 0.0) || match.frames - frames > 0.5 + 0.25 * longer) return;
+    match = SpecularMatch(moved, frames, m.normal, m.uv);
 }
 
 History find_specular_history(ivec2 pixel, float z, Reprojection r, Footprint f, nrd_surface surface, Tracking t, out vec2 uv_history)
 {
     float alpha = max(surface.roughness * surface.roughness, 1e-4), footprint = lobe_footprint(alpha, t.q, z, pixel_uv(pixel));
     vec3 position = view_position(pixel_uv(pixel), z, g.frustum, g.orthographic);
-    uv_history = r.uv;
-    Footprint still = f;
-    still.weights *= roughness_agreement(f, surface.roughness);
-    float there = mean_frames(still, SPECULAR_SIGNAL), drift = DRIFT * max(footprint, LEAST_FOOTPRINT) / max(there, 1.0);
-    if (is_reset()) return no_history();
+    f.weights *= roughness_agreement(f, surface.roughness);
+    SpecularMatch match = SpecularMatch(f, mean_frames(f, SPECULAR_SIGNAL), surface.normal, r.uv);
     vec3 stored_normal = normalize(guide_fine_direction(uvec2(guide_pack(z, surface.normal, 0u), guide_pack_fine(surface.normal))));
     vec3 normal_prev = mean_normal(f, stored_normal);
-    float turned_px = 2.0 * length(normal_prev - stored_normal) * footprint / alpha;
-    if (parallax_px(position, r.uv) + turned_px < drift) return specular_history(still, there, alpha, surface.normal);
-
-    Curvature c = measure_curvature(pixel, surface.normal);
-    vec3 target = mirrored_point(position, stored_normal, surface.roughness, t.q);
-    VirtualMotion m = find_virtual_motion(target, r, normal_prev, surface.normal, c);
-    float travel = min(length((m.uv - r.uv) * size_prev_px()), 1e3), still_frames = limit_frames(there, travel, 0.5 * max(footprint, LEAST_FOOTPRINT));
-    if (m.error < 0.0 || travel < drift) return specular_history(still, still_frames, alpha, surface.normal);
-
-    Footprint moved = fetch_footprint(m.uv);
-    weigh_surface(moved, m.position, m.normal, surface.material_id, r.tolerance + m.bow);
-    if (c.bump < BUMPY) m.error = remaining_step(moved, m, target, c);
-    moved.weights *= roughness_agreement(moved, surface.roughness) * tracking_agreement(moved, t, travel);
-    float moved_frames = limit_frames(mean_frames(moved, SPECULAR_SIGNAL), travel * min(t.sigma / max(t.q, 1e-4), 1.0), max(footprint, LEAST_FOOTPRINT));
-    moved_frames /= 1.0 + 0.1 * moved_frames * square(m.error / max(footprint, 0.5));
-    float amount = clamp(1.0 + (moved_frames - still_frames) / (1.0 + 0.5 * max(moved_frames, still_frames)), 0.0, 1.0);
-    if (!(moved_frames > 0.0)) amount = 0.0;
-    if (!(still_frames > 0.0)) amount = 1.0;
-    uv_history = mix(r.uv, m.uv, amount);
-    if (amount >= 1.0) return specular_history(moved, moved_frames, alpha, m.normal);
-    History h = specular_history(still, still_frames, alpha, surface.normal);
-    if (amount > 0.0) h = mix_histories(h, specular_history(moved, moved_frames, alpha, m.normal), amount);
+    float drift = DRIFT * max(footprint, LEAST_FOOTPRINT) / max(match.frames, 1.0), turned_px = 2.0 * length(normal_prev - stored_normal) * footprint / alpha;
+    if (parallax_px(position, r.uv) + turned_px >= drift && !is_reset()) {
+        vec3 target = mirrored_point(position, stored_normal, surface.roughness, t.q);
+        follow_reflection(match, target, r, measure_curvature(pixel, surface.normal), surface, t, normal_prev, footprint, drift);
+    }
+    uv_history = match.uv;
+    History h = fetch_history(match.footprint, match.footprint.weights, SPECULAR_SIGNAL, match.normal);
+    h.frames = min(match.frames, bend_limit(h, max(alpha * alpha, NARROWEST_LOBE)));
     return h;
 }
 
