@@ -1,5 +1,7 @@
 /* Metrics: images whose scores are known, and the signals that captures hold. */
 #include "common/metrics.h"
+#include "common/metrics_faults.h"
+#include "common/metrics_flip.h"
 #include "common/signals.h"
 
 #include <math.h>
@@ -322,6 +324,211 @@ static void a_change_of_brightness_flickers_where_the_surface_was_visible(void *
     capture_destroy(&now);
 }
 
+/* ---- FLIP ---- */
+
+static double flip(const pair *p, const metrics_scale *scale)
+{
+    double value;
+    assert_true(metrics_flip(&p->m, &p->reference, p->mask, scale, &value));
+    return value;
+}
+
+static void equal_pictures_have_no_flip(void **state)
+{
+    pair *p = *state;
+    for (int i = 0; i < PIXELS; i++)
+        p->m.planes[i % 3][i] = p->reference.planes[i % 3][i] = (float)(i * 7919 % 101) / 50.0f;
+    near(flip(p, &plain), 0, 1e-12);
+}
+
+/* Flat grey pictures have neither features nor chroma: all that is left is the difference of L*. */
+static void flat_pictures_differ_by_their_lightness(void **state)
+{
+    pair *p = *state;
+    const metrics_scale unit = { 1, 1e-3, true };
+    /* L*a*b* of the sRGB primaries green and blue as colour books give them, chroma times 0.01 L* */
+    double chroma = hypot(0.8774 * -86.18 - 0.3230 * 79.19, 0.8774 * 83.18 - 0.3230 * -107.86);
+    double largest = pow(87.74 - 32.30 + chroma, 0.7), knee = 0.4 * largest;
+    fill(&p->m, 1, 1, 1);
+    fill(&p->reference, 0, 0, 0);
+    near(flip(p, &unit), 0.95 + 0.05 * (pow(100, 0.7) - knee) / (largest - knee), 1e-4);
+    fill(&p->reference, 0.9f, 0.9f, 0.9f);
+    double lightness = 116 * cbrt(pow(0.9, 2.2)) - 16;
+    near(flip(p, &unit), pow(100 - lightness, 0.7) * 0.95 / knee, 1e-4);
+}
+
+/* The weight of a kernel at (dx, dy) px; channel 0 and 1: one Gaussian, 2: two; 3: derivative across, 4: second one. */
+static double kernel_by_definition(int kernel, int dx, int dy)
+{
+    double d2 = (dx * dx + dy * dy) / (67.0 * 67.0), pi2 = 3.14159265358979 * 3.14159265358979, s = 0.5 * 0.082 * 67;
+    double g = exp(-(dx * dx + dy * dy) / (2 * s * s));
+    if (kernel == 0) return exp(-pi2 * d2 / 0.0047);
+    if (kernel == 1) return exp(-pi2 * d2 / 0.0053);
+    if (kernel == 2) return 34.1 * sqrt(1 / 0.04) * exp(-pi2 * d2 / 0.04) + 13.5 * sqrt(1 / 0.025) * exp(-pi2 * d2 / 0.025);
+    return kernel == 3 ? -dx * g : (dx * dx / (s * s) - 1) * g;
+}
+
+/* Response of a picture that is 1 in one pixel and 0 elsewhere, at (dx, dy) from that pixel: the kernel, normalised. */
+static double impulse_response(int kernel, int radius, int dx, int dy, bool transposed)
+{
+    double positive = 0, negative = 0;
+    for (int y = -radius; y <= radius; y++)
+        for (int x = -radius; x <= radius; x++) {
+            double w = kernel_by_definition(kernel, x, y);
+            positive += fmax(w, 0);
+            negative -= fmin(w, 0);
+        }
+    double w = transposed ? kernel_by_definition(kernel, -dy, -dx) : kernel_by_definition(kernel, -dx, -dy);
+    return w / (w < 0 ? negative : positive);
+}
+
+/* One grey pixel in the dark: filtered grey, no chroma, and the features of an impulse. */
+static void a_single_pixel_has_the_flip_of_its_definition(void **state)
+{
+    pair *p = *state;
+    const metrics_scale unit = { 1, 1e-3, true };
+    const float grey = 0.7f;
+    double linear = pow(grey, 2.2), sum = 0;
+    double chroma = hypot(0.8774 * -86.18 - 0.3230 * 79.19, 0.8774 * 83.18 - 0.3230 * -107.86);
+    double knee = 0.4 * pow(87.74 - 32.30 + chroma, 0.7);
+    fill(&p->m, 0, 0, 0);
+    fill(&p->reference, 0, 0, 0);
+    for (int k = 0; k < 3; k++)
+        p->m.planes[k][25 * WIDTH + 30] = grey;
+    for (int dy = -10; dy <= 10; dy++)
+        for (int dx = -10; dx <= 10; dx++) {
+            bool inside = abs(dx) <= 9 && abs(dy) <= 9;
+            double y = linear * impulse_response(0, 10, dx, dy, false);
+            double lightness = y > 216.0 / 24389 ? 116 * cbrt(y) - 16 : y * 24389.0 / 27;
+            double edge = 0, point = 0;
+            if (inside) {
+                edge = linear * hypot(impulse_response(3, 9, dx, dy, false), impulse_response(3, 9, dx, dy, true));
+                point = linear * hypot(impulse_response(4, 9, dx, dy, false), impulse_response(4, 9, dx, dy, true));
+            }
+            sum += pow(pow(lightness, 0.7) * 0.95 / knee, 1 - sqrt(fmax(edge, point) / sqrt(2)));
+        }
+    near(flip(p, &unit), sum / PIXELS, 2e-5);
+}
+
+/* ---- faults ---- */
+
+static void only_pixels_brighter_than_all_near_are_fireflies(void **state)
+{
+    pair *p = *state;
+    p->reference.planes[0][20 * WIDTH + 20] = p->reference.planes[1][20 * WIDTH + 20] = p->reference.planes[2][20 * WIDTH + 20] = 50;
+    assert_int_equal(metrics_count_fireflies(&p->m, &p->reference, p->mask, &plain), 0);
+    for (int k = 0; k < 3; k++) {
+        p->m.planes[k][20 * WIDTH + 22] = 100; /* beside something bright */
+        p->m.planes[k][20 * WIDTH + 23] = 100; /* 3 px from it: too far to excuse it */
+        p->m.planes[k][0] = 6.04f;             /* below 3 x 2 + 0.05 */
+        p->m.planes[k][9] = 6.06f;             /* above */
+        p->m.planes[k][99] = 100;              /* does not count */
+    }
+    p->mask[99] = 0;
+    assert_int_equal(metrics_count_fireflies(&p->m, &p->reference, p->mask, &plain), 2);
+}
+
+static int kept_in_row(const unsigned char *mask, int y)
+{
+    int count = 0;
+    for (int x = 0; x < WIDTH; x++)
+        count += mask[y * WIDTH + x];
+    return count;
+}
+
+static void edges_are_where_the_guides_change(void **state)
+{
+    static const struct { const char *plane; float left, right; } broken[] = { { "normal.Z", 1, -1 }, { "materialID", 0, 1 }, { "viewZ", 5, 4 } };
+    pair *p = *state;
+    capture c;
+    make_frame(&c);
+    assert_true(metrics_keep_edges(&c, 4, p->mask));
+    assert_int_equal(kept_in_row(p->mask, 10), 0);
+    for (int k = 0; k < 3; k++) {
+        float *plane = capture_find_plane(&c, broken[k].plane);
+        memset(p->mask, 1, sizeof p->mask);
+        p->mask[10 * WIDTH + 30] = 0;
+        for (int i = 0; i < PIXELS; i++)
+            plane[i] = i % WIDTH < 30 ? broken[k].left : broken[k].right;
+        assert_true(metrics_keep_edges(&c, 4, p->mask));
+        /* 25 .. 33 around pixel 29; a bent depth is seen from both of its sides */
+        assert_int_equal(kept_in_row(p->mask, 11), k == 2 ? 10 : 9);
+        assert_int_equal(kept_in_row(p->mask, 10), k == 2 ? 9 : 8);
+        assert_int_equal(p->mask[11 * WIDTH + 24], 0);
+        assert_int_equal(p->mask[11 * WIDTH + 25], 1);
+        for (int i = 0; i < PIXELS; i++)
+            plane[i] = broken[k].left;
+    }
+    capture_destroy(&c);
+}
+
+static void a_slope_is_no_edge(void **state)
+{
+    pair *p = *state;
+    capture c;
+    make_frame(&c);
+    float *z = capture_find_plane(&c, "viewZ");
+    for (int i = 0; i < PIXELS; i++)
+        z[i] = 5 + 0.5f * (float)(i % WIDTH);
+    assert_true(metrics_keep_edges(&c, 4, p->mask));
+    assert_int_equal(kept_in_row(p->mask, 10), 0);
+    capture_destroy(&c);
+}
+
+static void the_worst_tile_is_found_alone(void **state)
+{
+    pair *p = *state;
+    near(metrics_worst_tile(&p->m, &p->reference, p->mask, &plain), 0, 0);
+    for (int y = 0; y < 32; y++)
+        for (int x = 32; x < WIDTH; x++)
+            for (int k = 0; k < 3; k++)
+                p->m.planes[k][y * WIDTH + x] = y < 16 ? 3 : 2;
+    double wrong = pow(0.75, 1 / 2.2) - pow(2.0 / 3, 1 / 2.2);
+    near(metrics_worst_tile(&p->m, &p->reference, p->mask, &plain), wrong / sqrt(2), 1e-7);
+    for (int y = 0; y < 32; y++)
+        for (int x = 32; x < WIDTH; x++)
+            p->mask[y * WIDTH + x] = x < 36; /* too little of the tile */
+    near(metrics_worst_tile(&p->m, &p->reference, p->mask, &plain), 0, 0);
+}
+
+static void lag_is_the_way_to_nine_tenths(void **state)
+{
+    const double at_once[] = { 0.95, 1 }, slow[] = { 0.5, 0.7, 0.8, 1.0 }, never[] = { 0.1, 0.2, 0.3 };
+    (void)state;
+    near(metrics_lag(at_once, 2), 0, 0);
+    near(metrics_lag(slow, 4), 2.5, 1e-12);
+    near(metrics_lag(never, 3), 3, 0);
+}
+
+/* The upper half was another surface, on which a brighter light shone. */
+static void a_ghost_is_the_share_of_what_was_there_before(void **state)
+{
+    pair *p = *state;
+    image before;
+    capture then, now;
+    make_frame(&then);
+    make_frame(&now);
+    assert_true(image_create(&before, WIDTH, HEIGHT, 3));
+    fill(&before, 7, 7, 7);
+    fill(&p->reference, 1, 1, 1);
+    float *material = capture_find_plane(&then, "materialID");
+    for (int i = 0; i < PIXELS / 2; i++)
+        material[i] = 2;
+    double old = pow(7.0 / 8, 1 / 2.2), new = pow(0.5, 1 / 2.2), mixed = pow(new + 0.3 * (old - new), 2.2);
+    float value = (float)(mixed / (1 - mixed));
+    fill(&p->m, value, value, value);
+    metrics_ghost ghost = { 0, 0, 0 };
+    metrics_add_ghost(&then, &before, &now, &p->m, &p->reference, p->mask, &plain, &ghost);
+    assert_int_equal(ghost.pixels, (WIDTH - 3) * (HEIGHT / 2 - 2));
+    near(ghost.along / ghost.square, 0.3, 1e-5);
+    now.cut = 1;
+    metrics_add_ghost(&then, &before, &now, &p->m, &p->reference, p->mask, &plain, &ghost);
+    assert_int_equal(ghost.pixels, (WIDTH - 3) * (HEIGHT / 2 - 2));
+    image_destroy(&before);
+    capture_destroy(&then);
+    capture_destroy(&now);
+}
+
 /* ---- signals ---- */
 
 static void add_colour(capture *c, const char *prefix, float value)
@@ -443,6 +650,15 @@ int main(void)
         WITH_PAIR(the_noise_of_the_reference_is_its_standard_error),
         WITH_PAIR(a_moving_pattern_does_not_flicker),
         WITH_PAIR(a_change_of_brightness_flickers_where_the_surface_was_visible),
+        WITH_PAIR(equal_pictures_have_no_flip),
+        WITH_PAIR(flat_pictures_differ_by_their_lightness),
+        WITH_PAIR(a_single_pixel_has_the_flip_of_its_definition),
+        WITH_PAIR(only_pixels_brighter_than_all_near_are_fireflies),
+        WITH_PAIR(edges_are_where_the_guides_change),
+        WITH_PAIR(a_slope_is_no_edge),
+        WITH_PAIR(the_worst_tile_is_found_alone),
+        WITH_PAIR(a_ghost_is_the_share_of_what_was_there_before),
+        cmocka_unit_test(lag_is_the_way_to_nine_tenths),
         cmocka_unit_test(final_is_composed_from_what_is_there),
         cmocka_unit_test(distances_become_occlusion),
         cmocka_unit_test(sky_black_surfaces_and_those_that_face_away_do_not_count),

@@ -1,5 +1,7 @@
 #include "common/metrics.h"
 
+#include "common/metrics_guides.h"
+
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -270,32 +272,6 @@ void metrics_count_bad(const image *m, const unsigned char *mask, metrics_bad *b
 
 /* ---- flicker ---- */
 
-typedef struct guides {
-    const capture *frame;
-    const float *view_z, *material; /* material may be NULL */
-    float *normal[3], *motion[3];
-} guides;
-
-static bool find_guides(const capture *frame, bool needs_motion, guides *g)
-{
-    g->frame = frame;
-    g->view_z = capture_find_plane(frame, "viewZ");
-    g->material = capture_find_plane(frame, "materialID");
-    return g->view_z && capture_find_planes(frame, "normal", "XYZ", g->normal)
-        && (!needs_motion || capture_find_planes(frame, "motion", "XYZ", g->motion));
-}
-
-/* Whether pixel j of the frame before shows the surface that pixel i shows now. */
-static bool same_surface(const guides *then, size_t j, const guides *now, size_t i)
-{
-    double expected_z = (double)now->view_z[i] + now->motion[2][i], cosine = 0;
-    for (int k = 0; k < 3; k++)
-        cosine += (double)then->normal[k][j] * now->normal[k][i];
-    bool same_material = !then->material || !now->material || then->material[j] == now->material[i];
-    return fabsf(then->view_z[j]) < then->frame->denoising_range && same_material && cosine >= 0.8
-        && fabs(then->view_z[j] - expected_z) <= 0.02 * fabs(expected_z);
-}
-
 /* Bilinear value of `tones` at the previous place of pixel (x, y). False when part of it was not visible. */
 static bool previous_tone(const guides *then, const guides *now, const float *tones, int x, int y, double *out)
 {
@@ -313,7 +289,7 @@ static bool previous_tone(const guides *then, const guides *now, const float *to
         if (tx < 0 || ty < 0 || tx >= width || ty >= height)
             return false;
         size_t j = (size_t)ty * (size_t)width + (size_t)tx;
-        if (!same_surface(then, j, now, i))
+        if (!guides_same_surface(then, j, now, i))
             return false;
         value += weight * tones[j];
         total += weight;
@@ -326,8 +302,8 @@ bool metrics_add_flicker(const capture *then, const image *before, const capture
                          const unsigned char *mask, const metrics_scale *scale, metrics_flicker *flicker)
 {
     guides g_then, g_now;
-    if (now->cut || then->width != now->width || then->height != now->height || !find_guides(then, false, &g_then)
-        || !find_guides(now, true, &g_now))
+    if (now->cut || then->width != now->width || then->height != now->height || !guides_find(then, false, &g_then)
+        || !guides_find(now, true, &g_now))
         return true;
     float *tones = malloc(image_pixels(before) * sizeof *tones);
     if (!tones)
