@@ -13,6 +13,7 @@
 #include "common/capture.h"
 #include "scenes/scene.h"
 #include "tracer/tracer.h"
+#include "tracer/tracer_capture.h"
 
 enum { ERROR_SIZE = 512, MAX_REF_FRAMES = 256, REF_CHUNK = 16, MAX_FRAMES = 10000 };
 enum ref_choice { REF_LAST, REF_ALL, REF_NONE, REF_LIST };
@@ -206,75 +207,6 @@ static void show_progress(const options *o, int frame, double part)
 
 /* ---- frames ---- */
 
-typedef struct plane_group {
-    const char *name, *suffixes; /* suffixes NULL: a single plane */
-    uint32_t plane;
-    capture_type type;
-    bool sun; /* only in scenes with a sun */
-} plane_group;
-
-static const plane_group frame_groups[] = {
-    { "viewZ", NULL, PT_PLANE_VIEW_Z, CAPTURE_FLOAT, false },
-    { "normal", "XYZ", PT_PLANE_NORMAL, CAPTURE_FLOAT, false },
-    { "roughness", NULL, PT_PLANE_ROUGHNESS, CAPTURE_HALF, false },
-    { "motion", "XYZ", PT_PLANE_MOTION, CAPTURE_FLOAT, false },
-    { "materialID", NULL, PT_PLANE_MATERIAL, CAPTURE_HALF, false },
-    { "baseColor", "RGB", PT_PLANE_BASE_COLOR, CAPTURE_HALF, false },
-    { "metalness", NULL, PT_PLANE_METALNESS, CAPTURE_HALF, false },
-    { "diffuse", "RGB", PT_PLANE_DIFFUSE, CAPTURE_HALF, false },
-    { "diffuse.hitT", NULL, PT_PLANE_DIFFUSE_HIT, CAPTURE_HALF, false },
-    { "diffuse.dir", "XYZ", PT_PLANE_DIFFUSE_DIR, CAPTURE_HALF, false },
-    { "specular", "RGB", PT_PLANE_SPECULAR, CAPTURE_HALF, false },
-    { "specular.hitT", NULL, PT_PLANE_SPECULAR_HIT, CAPTURE_HALF, false },
-    { "specular.dir", "XYZ", PT_PLANE_SPECULAR_DIR, CAPTURE_HALF, false },
-    { "diffuseFactor", "RGB", PT_PLANE_DIFFUSE_FACTOR, CAPTURE_HALF, false },
-    { "specularFactor", "RGB", PT_PLANE_SPECULAR_FACTOR, CAPTURE_HALF, false },
-    { "emission", "RGB", PT_PLANE_EMISSION, CAPTURE_HALF, false },
-    { "shadow.hitT", NULL, PT_PLANE_SHADOW_HIT, CAPTURE_HALF, true },
-    { "sun", "RGB", PT_PLANE_SUN, CAPTURE_HALF, true },
-};
-
-static const plane_group reference_groups[] = {
-    { "ref.diffuse", "RGB", PT_REF_DIFFUSE, CAPTURE_FLOAT, false },
-    { "ref.specular", "RGB", PT_REF_SPECULAR, CAPTURE_FLOAT, false },
-    { "ref.diffuse.ao", NULL, PT_REF_AO, CAPTURE_FLOAT, false },
-    { "ref.shadow", NULL, PT_REF_SHADOW, CAPTURE_FLOAT, true },
-};
-
-/* Adds the planes of a table to a capture, copied from `planes`. */
-static bool add_groups(capture *c, const plane_group *groups, size_t count, const float *planes, bool sun)
-{
-    size_t texels = (size_t)c->width * (size_t)c->height;
-    for (size_t i = 0; i < count; i++) {
-        const plane_group *g = &groups[i];
-        size_t members = g->suffixes ? strlen(g->suffixes) : 1;
-        for (size_t k = 0; k < members && (sun || !g->sun); k++) {
-            char name[CAPTURE_NAME_SIZE];
-            snprintf(name, sizeof name, g->suffixes ? "%s.%c" : "%s", g->name, g->suffixes ? g->suffixes[k] : ' ');
-            float *out = capture_add_plane(c, name, g->type);
-            if (!out) return false;
-            memcpy(out, planes + (g->plane + k) * texels, texels * sizeof *out);
-        }
-    }
-    return true;
-}
-
-static void set_attributes(capture *c, const pt_frame *f, float fps, bool sun)
-{
-    const float near = 0.05f, far = 2000.0f;
-    scene_camera_matrices(&f->camera, near, far, c->world_to_camera, c->camera_to_clip);
-    c->jitter[0] = f->jitter[0];
-    c->jitter[1] = f->jitter[1];
-    c->frame_index = (int)f->frame_index;
-    c->time_delta_s = 1.0f / fps;
-    c->denoising_range = f->denoising_range;
-    for (int k = 0; k < 3; k++) c->sun_direction[k] = f->sun_direction[k];
-    c->sun_tan_angular_radius = f->sun_direction[3];
-    c->present = CAPTURE_HAS_CAMERA | CAPTURE_HAS_JITTER | CAPTURE_HAS_FRAME_INDEX | CAPTURE_HAS_TIME_DELTA |
-                 CAPTURE_HAS_DENOISING_RANGE;
-    if (sun) c->present |= CAPTURE_HAS_SUN_DIRECTION | CAPTURE_HAS_SUN_TAN_ANGULAR_RADIUS;
-}
-
 static float radical_inverse(uint32_t index, uint32_t base)
 {
     float result = 0.0f, digit = 1.0f / (float)base;
@@ -324,8 +256,7 @@ static bool add_reference(renderer *r, int frame, capture *c, char *error)
         if (left > REF_CHUNK) show_progress(r->o, frame, (double)(first + REF_CHUNK) / r->o->ref_spp);
     }
     for (size_t i = 0; i < values; i++) r->planes[i] = (float)(r->sums[i] / r->o->ref_spp);
-    size_t groups = sizeof reference_groups / sizeof reference_groups[0];
-    if (add_groups(c, reference_groups, groups, r->planes, r->o->scene->has_sun)) return true;
+    if (tracer_fill_reference(c, r->o->scene->has_sun, r->planes)) return true;
     return fail(error, "out of memory");
 }
 
@@ -337,9 +268,7 @@ static bool fill_frame(renderer *r, int frame, capture *c, char *error)
     set_frame_options(&r->posed.frame, o, frame);
     if (!r->tracer.load(&r->tracer, &r->posed, error, ERROR_SIZE)) return false;
     if (!r->tracer.render(&r->tracer, &r->posed, r->planes, error, ERROR_SIZE)) return false;
-    set_attributes(c, &r->posed.frame, o->fps, o->scene->has_sun);
-    size_t groups = sizeof frame_groups / sizeof frame_groups[0];
-    if (!add_groups(c, frame_groups, groups, r->planes, o->scene->has_sun)) return fail(error, "out of memory");
+    if (!tracer_fill_capture(c, &r->posed.frame, o->fps, o->scene->has_sun, r->planes)) return fail(error, "out of memory");
     return !wants_reference(o, frame) || add_reference(r, frame, c, error);
 }
 

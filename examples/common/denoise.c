@@ -529,7 +529,7 @@ static bool set_settings(denoise *d, const capture *frame)
 }
 
 /* OpenEXR matrices are row-major for row vectors: the same bytes as nrd.h's column-major for column vectors. */
-static bool set_frame(denoise *d, const capture *frame, uint32_t index)
+static nrd_frame frame_of(const denoise *d, const capture *frame, uint32_t index)
 {
     nrd_frame f = nrd_frame_defaults();
     memcpy(f.camera.view_to_clip, frame->camera_to_clip, sizeof f.camera.view_to_clip);
@@ -540,6 +540,12 @@ static bool set_frame(denoise *d, const capture *frame, uint32_t index)
     f.motion_mode = NRD_MOTION_2_5D;
     f.history_confidence_available = d->images[NRD_RESOURCE_IN_DIFF_CONFIDENCE].view != VK_NULL_HANDLE;
     settings_apply(d->desc.settings, d->desc.setting_count, SETTINGS_OF_FRAME, 1.0, &f);
+    return f;
+}
+
+static bool set_frame(denoise *d, const capture *frame, uint32_t index)
+{
+    nrd_frame f = frame_of(d, frame, index);
     if (d->first || frame->cut)
         f.restart = 1;
     d->first = false;
@@ -702,6 +708,47 @@ bool denoise_frame(denoise *d, const capture *frame, const char *path, uint32_t 
         && set_settings(d, frame) && set_frame(d, frame, index) && run_passes(d) && take_timings(d) && read_outputs(d, &view, path, out);
     d->sink = (denoise_sink){ NULL, 0 };
     return ok;
+}
+
+bool denoise_again(denoise *d, const capture *frame, uint32_t index, char *error, size_t error_size)
+{
+    say(error, error_size, "");
+    d->sink = (denoise_sink){ error, error_size };
+    bool ok = set_frame(d, frame, index) && run_passes(d) && take_timings(d);
+    d->sink = (denoise_sink){ NULL, 0 };
+    return ok;
+}
+
+static double image_bytes(const denoise *d, const nrd_info *info, const nrd_binding *binding)
+{
+    if (binding->resource == NRD_RESOURCE_INTERNAL)
+        return (double)info->textures[binding->texture].bytes;
+    const gpu_image *m = &d->images[binding->resource];
+    return (double)gpu_format_size(m->format) * m->width * m->height;
+}
+
+/* An instance of its own, so that counting moves no history. */
+double denoise_bytes_moved(denoise *d, const capture *frame)
+{
+    const nrd_dispatch *dispatches = NULL;
+    uint32_t count = 0;
+    double bytes = 0;
+    nrd *instance = denoise_make_instance(&d->desc, frame, &d->sink);
+    for (uint32_t i = 0; i < 3 && instance; i++) {
+        nrd_frame f = frame_of(d, frame, i);
+        if (nrd_set_frame(instance, &f) || nrd_get_dispatches(instance, NULL, 0, &dispatches, &count))
+            count = 0;
+    }
+    for (uint32_t i = 0; i < count; i++)
+        for (uint32_t k = 0; k < dispatches[i].binding_count; k++)
+            bytes += image_bytes(d, nrd_get_info(instance), &dispatches[i].bindings[k]);
+    nrd_destroy(instance);
+    return bytes;
+}
+
+const nrd_info *denoise_info(const denoise *d)
+{
+    return nrd_get_info(d->instance);
 }
 
 const denoise_timing *denoise_timings(const denoise *d, uint32_t *count)

@@ -52,6 +52,15 @@ denoise *denoise_create(const denoise_desc *desc, const capture *frame, char *er
    distance was normalised by A = 3 metres, B = 0. In pixels of the sky the noisy values are passed on. */
 bool denoise_frame(denoise *d, const capture *frame, const char *path, uint32_t index, capture *out, char *error, size_t error_size);
 
+/* Runs the passes once more on the inputs of the last frame, as frame `index`, without transfers: for timings. */
+bool denoise_again(denoise *d, const capture *frame, uint32_t index, char *error, size_t error_size);
+
+/* Bytes of every image that the passes of a frame in the middle of a shot read or write, each once per pass. 0 on failure. */
+double denoise_bytes_moved(denoise *d, const capture *frame);
+
+/* Textures, passes and memory of the denoisers. */
+const nrd_info *denoise_info(const denoise *d);
+
 /* The passes of the last frame, in order; `count` is 0 on devices without timestamps. */
 const denoise_timing *denoise_timings(const denoise *d, uint32_t *count);
 

@@ -222,6 +222,20 @@ static bool create_common_objects(gpu *g)
            check(g, g->fn.vkCreateSampler(g->device, &sampler, NULL, &g->nearest), "vkCreateSampler");
 }
 
+static bool create_queries(gpu *g)
+{
+    VkQueueFamilyProperties families[32];
+    uint32_t count = 32;
+    VkQueryPoolCreateInfo info = {.sType = VK_STRUCTURE_TYPE_QUERY_POOL_CREATE_INFO};
+    g->fn.vkGetPhysicalDeviceQueueFamilyProperties(g->physical, &count, families);
+    uint32_t bits = g->family < count ? families[g->family].timestampValidBits : 0;
+    if (bits == 0) return true;
+    g->tick_mask = bits >= 64 ? UINT64_MAX : ((uint64_t)1 << bits) - 1;
+    info.queryType = VK_QUERY_TYPE_TIMESTAMP;
+    info.queryCount = 2;
+    return check(g, g->fn.vkCreateQueryPool(g->device, &info, NULL, &g->queries), "vkCreateQueryPool");
+}
+
 static bool open_all(gpu *g, const gpu_desc *desc)
 {
     bool validation = desc->validation || desc->sync_validation;
@@ -230,7 +244,8 @@ static bool open_all(gpu *g, const gpu_desc *desc)
     if (validation && !layer_is_listed(g->get_instance_proc))
         return fail(g, "validation was asked for, but " VALIDATION_LAYER " is not installed");
     return create_instance(g, validation, desc->sync_validation) && load_instance_functions(g) &&
-           choose_device(g, desc->device_index) && choose_family(g) && create_device(g, desc) && create_common_objects(g);
+           choose_device(g, desc->device_index) && choose_family(g) && create_device(g, desc) && create_common_objects(g) &&
+           create_queries(g);
 }
 
 bool gpu_open(gpu *g, const gpu_desc *desc, char *error, size_t error_size)
@@ -248,6 +263,7 @@ static void close_device(gpu *g)
         g->fn.vkDestroyDevice = (PFN_vkDestroyDevice)g->get_device_proc(g->device, "vkDestroyDevice");
     if (g->fn.vkDeviceWaitIdle) g->fn.vkDeviceWaitIdle(g->device);
     gpu_buffer_destroy(g, &g->staging);
+    if (g->queries) g->fn.vkDestroyQueryPool(g->device, g->queries, NULL);
     if (g->nearest) g->fn.vkDestroySampler(g->device, g->nearest, NULL);
     if (g->fence) g->fn.vkDestroyFence(g->device, g->fence, NULL);
     if (g->pool) g->fn.vkDestroyCommandPool(g->device, g->pool, NULL);
@@ -284,24 +300,48 @@ void gpu_barrier(gpu *g)
     memory_barrier(g, VK_PIPELINE_STAGE_ALL_COMMANDS_BIT, VK_ACCESS_MEMORY_READ_BIT | VK_ACCESS_MEMORY_WRITE_BIT);
 }
 
+static void write_timestamp(gpu *g, uint32_t query)
+{
+    if (g->queries) g->fn.vkCmdWriteTimestamp(g->cmd, VK_PIPELINE_STAGE_BOTTOM_OF_PIPE_BIT, g->queries, query);
+}
+
+static bool read_timestamps(gpu *g)
+{
+    uint64_t ticks[2];
+    if (!g->queries) return true;
+    VkResult result = g->fn.vkGetQueryPoolResults(g->device, g->queries, 0, 2, sizeof ticks, ticks, sizeof ticks[0],
+                                                  VK_QUERY_RESULT_64_BIT | VK_QUERY_RESULT_WAIT_BIT);
+    g->ticks = (ticks[1] - ticks[0]) & g->tick_mask;
+    return check(g, result, "vkGetQueryPoolResults");
+}
+
+double gpu_milliseconds(const gpu *g)
+{
+    return (double)g->ticks * g->properties.limits.timestampPeriod * 1e-6;
+}
+
 VkCommandBuffer gpu_begin(gpu *g)
 {
     VkCommandBufferBeginInfo info = {VK_STRUCTURE_TYPE_COMMAND_BUFFER_BEGIN_INFO, NULL,
                                      VK_COMMAND_BUFFER_USAGE_ONE_TIME_SUBMIT_BIT, NULL};
     if (!check(g, g->fn.vkResetCommandBuffer(g->cmd, 0), "vkResetCommandBuffer")) return NULL;
     if (!check(g, g->fn.vkBeginCommandBuffer(g->cmd, &info), "vkBeginCommandBuffer")) return NULL;
+    if (g->queries) g->fn.vkCmdResetQueryPool(g->cmd, g->queries, 0, 2);
     gpu_barrier(g);
+    write_timestamp(g, 0);
     return g->cmd;
 }
 
 bool gpu_submit_and_wait(gpu *g)
 {
     VkSubmitInfo submit = {VK_STRUCTURE_TYPE_SUBMIT_INFO, NULL, 0, NULL, NULL, 1, &g->cmd, 0, NULL};
+    write_timestamp(g, 1);
     memory_barrier(g, VK_PIPELINE_STAGE_HOST_BIT, VK_ACCESS_HOST_READ_BIT);
     return check(g, g->fn.vkEndCommandBuffer(g->cmd), "vkEndCommandBuffer") &&
            check(g, g->fn.vkResetFences(g->device, 1, &g->fence), "vkResetFences") &&
            check(g, g->fn.vkQueueSubmit(g->queue, 1, &submit, g->fence), "vkQueueSubmit") &&
-           check(g, g->fn.vkWaitForFences(g->device, 1, &g->fence, VK_TRUE, UINT64_MAX), "vkWaitForFences");
+           check(g, g->fn.vkWaitForFences(g->device, 1, &g->fence, VK_TRUE, UINT64_MAX), "vkWaitForFences") &&
+           read_timestamps(g);
 }
 
 /* ---- buffers and images --------------------------------------------------------------------------------------- */

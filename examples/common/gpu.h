@@ -84,7 +84,12 @@ extern "C" {
     X(vkCmdBindPipeline)                                                                                               \
     X(vkCmdBindDescriptorSets)                                                                                         \
     X(vkCmdPushConstants)                                                                                              \
-    X(vkCmdDispatch)
+    X(vkCmdDispatch)                                                                                                   \
+    X(vkCreateQueryPool)                                                                                               \
+    X(vkDestroyQueryPool)                                                                                              \
+    X(vkGetQueryPoolResults)                                                                                           \
+    X(vkCmdResetQueryPool)                                                                                             \
+    X(vkCmdWriteTimestamp)
 
 /* Entry points of the opened instance and device, by their Vulkan names. */
 typedef struct gpu_fn {
@@ -137,6 +142,7 @@ typedef struct gpu {
     VkCommandPool pool;
     VkCommandBuffer cmd; /* what gpu_begin returns */
     VkFence fence;
+    VkQueryPool queries; /* begin and end of g->cmd; none on queues without timestamps */
     VkSampler nearest; /* clamp to edge, nearest, unnormalized = no */
 
     /* private */
@@ -144,6 +150,8 @@ typedef struct gpu {
     VkDebugUtilsMessengerEXT messenger;
     PFN_vkSetDebugUtilsObjectNameEXT set_object_name;
     gpu_buffer staging;
+    uint64_t tick_mask;
+    uint64_t ticks; /* of the last submission */
     uint32_t message_count;
     uint32_t message_seen_count;
     uint32_t message_seen[64];
@@ -185,6 +193,10 @@ VkCommandBuffer gpu_begin(gpu *g);
 
 /* Ends g->cmd, makes its writes visible to the host, submits it and waits until the device has finished. */
 bool gpu_submit_and_wait(gpu *g);
+
+/* Device time of the last gpu_submit_and_wait, from the end of earlier work to the end of its own; 0 on queues without
+   timestamps. */
+double gpu_milliseconds(const gpu *g);
 
 /* Full execution and memory dependency between what is recorded before and after. */
 void gpu_barrier(gpu *g);
