@@ -10,11 +10,7 @@
 #define FIREFLY_FLOOR 0.05
 #define FIREFLY_RADIUS 2
 #define DEPTH_BEND 0.02
-
-static double tone_of(const image *m, size_t i, const metrics_scale *scale)
-{
-    return metrics_tone(image_luminance(m, i), scale);
-}
+#define GHOST_EPSILON 0.01
 
 /* ---- fireflies ---- */
 
@@ -134,7 +130,7 @@ double metrics_lag(const double *response, int count)
 }
 
 void metrics_add_ghost(const capture *then, const image *reference_then, const capture *now, const image *m, const image *reference,
-                       const unsigned char *mask, const metrics_scale *scale, metrics_ghost *ghost)
+                       const unsigned char *mask, metrics_ghost *ghost)
 {
     guides g_then, g_now;
     if (now->cut || then->width != now->width || then->height != now->height || !guides_find(then, false, &g_then)
@@ -145,9 +141,10 @@ void metrics_add_ghost(const capture *then, const image *reference_then, const c
             size_t i = (size_t)y * (size_t)now->width + (size_t)x, j;
             if (!mask[i] || !guides_previous_pixel(&g_now, x, y, &j) || guides_same_surface(&g_then, j, &g_now, i))
                 continue;
-            double expected = tone_of(reference, i, scale), old = tone_of(reference_then, j, scale) - expected;
-            ghost->along += (tone_of(m, i, scale) - expected) * old;
-            ghost->square += old * old;
+            double expected = image_luminance(reference, i), was = image_luminance(reference_then, j), value = image_luminance(m, i);
+            double weight = 1 / (expected * expected + was * was + GHOST_EPSILON);
+            ghost->along += weight * ((isfinite(value) ? value : 0) - expected) * (was - expected);
+            ghost->square += weight * (was - expected) * (was - expected);
             ghost->pixels++;
         }
 }

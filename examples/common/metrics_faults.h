@@ -9,8 +9,9 @@
    lag        frames until mean L(d) has gone 90 % of the way from the mean before a light step to the mean after it,
               linear between frames; 0: in the first frame of the new light
    ghosts     over pixels whose surface was hidden one frame before (other depth, normal or material at the previous
-              place): sum of (tm(d) - tm(r)) (tm(g) - tm(r)) / sum of (tm(g) - tm(r))^2 of the luminances, g the reference
-              of the frame before at the previous place: 0 nothing of what was there before shines through, 1 all of it */
+              place): sum of w (L(d) - L(r)) (L(g) - L(r)) / sum of w (L(g) - L(r))^2, g the reference of the frame before at
+              the previous place, w = 1 / (L(r)^2 + L(g)^2 + 0.01): 0 nothing of what was there before shines through, 1 all
+              of it. Linear in d: noise does not pass for a ghost */
 #ifndef EXAMPLES_METRICS_FAULTS_H
 #define EXAMPLES_METRICS_FAULTS_H
 
@@ -39,6 +40,6 @@ double metrics_lag(const double *response, int count);
 
 /* Adds the pixels of frame `now`; nothing when it starts a shot, lacks guides, or the sizes differ. */
 void metrics_add_ghost(const capture *then, const image *reference_then, const capture *now, const image *m, const image *reference,
-                       const unsigned char *mask, const metrics_scale *scale, metrics_ghost *ghost);
+                       const unsigned char *mask, metrics_ghost *ghost);
 
 #endif
