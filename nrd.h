@@ -313,6 +313,20 @@ NRD_DECL size_t nrd_settings_size(nrd_denoiser denoiser);                       
 NRD_DECL void nrd_settings_defaults(nrd_denoiser denoiser, void *settings);            /* fills it; NULL is fine */
 
 /* ---------------------------------------------------------------------------------------------------------------------------
+   Presets  >>presets
+   Settings that lie on the measured front of error against time (`make report` measures it). */
+#define NRD_PRESETS(X) X(FASTEST, "fastest") X(FAST, "fast") X(BALANCED, "balanced") X(GOOD, "good") X(BEST, "best") /* BALANCED: the defaults */
+typedef enum nrd_preset {
+#define NRDI_X(name, text) NRD_PRESET_##name,
+    NRD_PRESETS(NRDI_X)
+#undef NRDI_X
+    NRD_PRESET_COUNT
+} nrd_preset;
+NRD_DECL const char *nrd_preset_name(nrd_preset preset);                                         /* "fastest"; NULL when out of range */
+NRD_DECL void nrd_settings_preset(nrd_denoiser denoiser, nrd_preset preset, void *settings);     /* fills the denoiser's settings struct */
+NRD_DECL nrd_reblur_settings nrd_reblur_preset(nrd_preset preset);
+
+/* ---------------------------------------------------------------------------------------------------------------------------
    Instance  >>instance */
 typedef struct nrd nrd;
 
@@ -740,6 +754,39 @@ void nrd_settings_defaults(nrd_denoiser denoiser, void *settings)
         memcpy(at, list.rows[i].is_float ? (const void *)&f : (const void *)&u, 4);
     }
 }
+
+const char *nrd_preset_name(nrd_preset preset)
+{
+    static const char *const names[] = {
+#define NRDI_X(name, text) text,
+        NRD_PRESETS(NRDI_X)
+#undef NRDI_X
+    };
+    return (uint32_t)preset < NRD_PRESET_COUNT ? names[preset] : NULL;
+}
+
+/* Where presets depart from the defaults; a row concerns every denoiser with this settings struct. */
+typedef struct nrdi_preset_row { nrd_preset preset; const nrd_setting *list; const char *name; float value; } nrdi_preset_row;
+static const nrdi_preset_row nrdi_presets[] = {
+    { NRD_PRESET_FASTEST, nrdi_reblur_list, "max_blur_radius", 0.0f },
+    { NRD_PRESET_FASTEST, nrdi_reblur_list, "antilag_sensitivity", 0.0f },
+    { NRD_PRESET_FAST, nrdi_reblur_list, "max_blur_radius", 0.0f },
+};
+
+void nrd_settings_preset(nrd_denoiser denoiser, nrd_preset preset, void *settings)
+{
+    nrdi_settings_list list = nrdi_list_of(denoiser);
+    nrd_settings_defaults(denoiser, settings);
+    for (size_t i = 0; i < sizeof nrdi_presets / sizeof nrdi_presets[0] && settings; i++)
+        for (uint32_t k = 0; k < list.count; k++) {
+            const nrdi_preset_row *row = &nrdi_presets[i];
+            uint32_t u = (uint32_t)row->value;
+            if (row->preset != preset || row->list != list.rows || strcmp(row->name, list.rows[k].name) != 0) continue;
+            memcpy((char *)settings + list.rows[k].offset, list.rows[k].is_float ? (const void *)&row->value : (const void *)&u, 4);
+        }
+}
+
+nrd_reblur_settings nrd_reblur_preset(nrd_preset preset) { nrd_reblur_settings s; nrd_settings_preset(NRD_DENOISER_REBLUR_DIFFUSE, preset, &s); return s; }
 
 nrd_frame nrd_frame_defaults(void) { nrd_frame frame; nrd_settings_defaults(NRD_DENOISER_COUNT, &frame); return frame; }
 nrd_reference_settings nrd_reference_defaults(void) { nrd_reference_settings s; nrd_settings_defaults(NRD_DENOISER_REFERENCE, &s); return s; }
