@@ -4,6 +4,8 @@
 # make dist          build/nrd-sdk/: what an engine needs; no shader compiler among it
 # make gpu           build/gpu/: programs and tests with their libraries, for machines that have none; then, over there,
 #                    NRD_BUILD=build/gpu tests/run.sh test_gpu test_vk. tracer=1 adds nrd-render (60 MB)
+# make report        build/report/report.html: error against run time of all denoisers, within the hour; QUICK=1: 3 minutes into
+#                    build/report-quick; REPORT='...' adds options of nrd-report
 # Others: spv shared check examples format clean.
 # Options: config=release|debug|sanitize, werror=1, V=1 (shows commands); own settings: Makefile.config (untracked).
 config ?= release
@@ -32,15 +34,15 @@ submake  = $(MAKE) --no-print-directory $(if $(filter -j%,$(MAKEFLAGS)),,-j$(she
 
 modules  := $(shell sed -n 's/^\([a-z][a-z0-9_]*\) .*/\1/p' nrd_shaders/modules.txt)
 spv      := $(modules:%=$B/spv/%.spv)
-embedded := $B/nrd_spirv.h $B/trace_spv.h $B/tests/shader_math_spirv.h $B/tests/shader_math_debug_spirv.h \
-            $B/raygen_spv.h
+kernels  := $B/trace_spv.h $B/spatial_spv.h $B/copy_spv.h $B/tests/shader_math_spirv.h $B/tests/shader_math_debug_spirv.h
+embedded := $B/nrd_spirv.h $(kernels) $B/raygen_spv.h $B/report_page.h
 objects   = $(patsubst %.c,$B/obj/%.o,$(wildcard $1))
 programs := $B/minimal $(patsubst examples/nrd_%.c,$B/nrd-%,$(wildcard examples/nrd_*.c))
 tests    := $(patsubst tests/%.c,$B/tests/%,$(wildcard tests/test_*.c))
-archives := $B/libtracer.a $B/libexamples.a
+archives := $B/libreport.a $B/libtracer.a $B/libexamples.a
 gpu      := $(patsubst $B/%,$B/gpu/%,$(filter-out $(if $(tracer),,%/nrd-render %/test_tracer),$(programs) $(tests)))
 
-.PHONY: all spv shared test check examples demo dist gpu format clean
+.PHONY: all spv shared test check examples demo report dist gpu format clean
 .DELETE_ON_ERROR:
 .SECONDARY:
 
@@ -72,10 +74,12 @@ $B/nrd_spirv.h: $(spv)
 	echo '#endif'; } > $@
 
 $B/trace_spv.h: examples/tracer/trace.comp
+$B/spatial_spv.h: examples/report/spatial.comp
+$B/copy_spv.h: examples/report/copy.comp
 $B/tests/shader_math_spirv.h $B/tests/shader_math_debug_spirv.h: tests/shader_math.comp
 $B/tests/shader_math_spirv.h: GLSL += -Os
 $B/tests/shader_math_debug_spirv.h: GLSL += -Od -g
-$B/trace_spv.h $B/tests/shader_math_spirv.h $B/tests/shader_math_debug_spirv.h: Makefile
+$(kernels): Makefile
 	@echo "glsl $(firstword $(filter %.comp,$^))"; mkdir -p $(@D)
 	$Q$(GLSL) --vn $(basename $(@F)) $(firstword $(filter %.comp,$^)) -o $@
 	@$(end_deps)
@@ -89,12 +93,16 @@ $(raygen:%=$B/raygen/%.h): $B/raygen/%.h: examples/raygen/% Makefile
 $B/raygen_spv.h: $(raygen:%=$B/raygen/%.h)
 	@sed 's/^const/static const/; /#pragma once/d' $^ > $@
 
+$B/report_page.h: examples/report/page.html
+	@{ echo 'static const unsigned char report_page[] = {'; od -An -v -tx1 $< | sed 's/ \(..\)/0x\1,/g'; echo '0};'; } > $@
+
 # ---- C
 $B/obj/%.o: %.c Makefile | $(embedded)
 	@echo "cc   $<"; mkdir -p $(@D)
 	$Q$(CC) $(ALL_CFLAGS) -MMD -MP $(INCLUDES) -c $< -o $@
 
 $B/libexamples.a: $(call objects,examples/common/*.c examples/raygen/*.c)
+$B/libreport.a: $(call objects,examples/report/*.c)
 $B/libtracer.a: $(call objects,examples/scenes/*.c examples/tracer/*.c)
 $(archives):
 	$Qrm -f $@ && ar rcs $@ $^
@@ -134,6 +142,9 @@ demo:
 	@examples/setup.sh
 	@$(submake) examples
 	@NRD_BUILD=$B examples/demo.sh
+
+report: $B/nrd-report
+	@$B/nrd-report $B/report$(if $(QUICK),-quick --quick) $(REPORT)
 
 dist: $B/nrd_spirv.h
 	@rm -rf $B/nrd-sdk && mkdir -p $B/nrd-sdk

@@ -1,0 +1,316 @@
+/* nrd-report: what a millisecond buys: error against run time of every denoiser of nrd.h, on scenes rendered on the device
+   that denoises them. See report/report.h. */
+#define _POSIX_C_SOURCE 200809L
+#define NRD_IMPLEMENTATION
+#define NRD_VK_IMPLEMENTATION
+#include "nrd_vk.h"
+
+#include "nrd_spirv.h"
+
+#include "common/cli.h"
+#include "common/gpu.h"
+#include "report/output.h"
+#include "report/report.h"
+#include "scenes/scenes.h"
+
+#include <errno.h>
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/stat.h>
+#include <time.h>
+
+static const char usage[] =
+    "usage: nrd-report OUT/ [options]\n"
+    "Writes report.html, report.csv and report.json to OUT/, a table to stdout. Groups that are measured already are kept:\n"
+    "an interrupted run goes on where it stopped.\n"
+    "  --quick            two scenes, few frames, small pictures: minutes\n"
+    "  --scenes LIST      default: all but the one that needs a mesh\n"
+    "  --denoisers LIST   default: all\n"
+    "  --presets LIST     default: all\n"
+    "  --variant NAME:KEY=VALUE,...  settings to measure beside the presets; up to 8\n"
+    "  --paths LIST       per pixel and lobe, 0.05 to 1 or a whole number up to 8; default 0.25,0.5,1,2,4\n"
+    "  --sizes LIST       WxH of the pictures, default 240x135 on a CPU, 640x360 on a GPU\n"
+    "  --time-size WxH    at which times are taken, default: that of the pictures on a CPU, 1920x1080 on a GPU\n"
+    "  --frames M,R,L     frames in motion, at rest, after the light step; default 16,12,10\n"
+    "  --pairs N          pairs of frames in motion that are compared with a reference, default 2\n"
+    "  --ref SPP          samples per pixel of references, default 96 on a CPU, 1024 on a GPU\n"
+    "  --repeats N        timed frames, default 24\n"
+    "  --device N         Vulkan device, default: the first\n";
+
+/* No mesh importer in this program: it runs where none is installed. */
+bool scene_build_model(scene *s, const char *model, char *error, size_t error_size)
+{
+    (void)s;
+    (void)model;
+    snprintf(error, error_size, "the scene 'model' needs a mesh, which only nrd-render reads");
+    return false;
+}
+
+void scene_animate_model(scene *s, float time_s)
+{
+    (void)s;
+    (void)time_s;
+}
+
+/* ---- options ---- */
+
+/* Calls `take` for each word between commas. */
+static bool each_word(report *r, const char *list, bool (*take)(report *r, const char *word))
+{
+    char copy[2048];
+    snprintf(copy, sizeof copy, "%s", list);
+    for (char *word = copy, *next; word; word = next) {
+        next = strchr(word, ',');
+        if (next)
+            *next++ = 0;
+        if (!take(r, word))
+            return false;
+    }
+    return true;
+}
+
+static bool take_scene(report *r, const char *word)
+{
+    report_options *o = &r->options;
+    const scene_def *found = scene_find(word);
+    if (!found || !strcmp(word, "model"))
+        return report_fail(r, "--scenes: '%s' is no scene that can be rendered here", word);
+    if (o->scene_count == REPORT_MAX_SCENES)
+        return report_fail(r, "--scenes: at most %d", REPORT_MAX_SCENES);
+    o->scenes[o->scene_count++] = found;
+    return true;
+}
+
+static bool take_denoiser(report *r, const char *word)
+{
+    report_options *o = &r->options;
+    nrd_denoiser found;
+    if (nrd_find_denoiser(word, &found))
+        return report_fail(r, "--denoisers: '%s' is no denoiser", word);
+    if (o->denoiser_count == NRD_DENOISER_COUNT)
+        return report_fail(r, "--denoisers: one is named twice");
+    o->denoisers[o->denoiser_count++] = found;
+    return true;
+}
+
+static bool take_preset(report *r, const char *word)
+{
+    report_options *o = &r->options;
+    for (int i = 0; i < NRD_PRESET_COUNT; i++)
+        if (!strcmp(word, nrd_preset_name((nrd_preset)i)) && o->preset_count < NRD_PRESET_COUNT) {
+            o->presets[o->preset_count++] = (nrd_preset)i;
+            return true;
+        }
+    return report_fail(r, "--presets: '%s' is no preset, or one too many", word);
+}
+
+static bool take_paths(report *r, const char *word)
+{
+    report_options *o = &r->options;
+    double value;
+    if (!cli_number(word, &value) || value < 0.05 || value > 8 || (value > 1 && value != floor(value)))
+        return report_fail(r, "--paths: '%s' is not in [0.05, 1] and no whole number up to 8", word);
+    if (o->path_count == REPORT_MAX_PATHS)
+        return report_fail(r, "--paths: at most %d", REPORT_MAX_PATHS);
+    o->paths[o->path_count++] = value;
+    return true;
+}
+
+static bool parse_size(report *r, const char *name, const char *word, report_size *out)
+{
+    char tail;
+    if (sscanf(word, "%dx%d%c", &out->width, &out->height, &tail) == 2 && out->width >= 16 && out->height >= 16 && out->width <= 4096 && out->height <= 4096)
+        return true;
+    return report_fail(r, "%s: '%s' is not WxH with both in [16, 4096]", name, word);
+}
+
+static bool take_size(report *r, const char *word)
+{
+    report_options *o = &r->options;
+    if (o->size_count == REPORT_MAX_SIZES)
+        return report_fail(r, "--sizes: at most %d", REPORT_MAX_SIZES);
+    return parse_size(r, "--sizes", word, &o->sizes[o->size_count++]);
+}
+
+/* NAME:KEY=VALUE,KEY=VALUE; keeps pointers into `text`. */
+static bool take_variant(report *r, char *text)
+{
+    report_options *o = &r->options;
+    char *at = strchr(text, ':');
+    if (!at || at == text || at - text >= REPORT_NAME || strpbrk(text, " \"<>") || o->variant_count == REPORT_MAX_VARIANTS)
+        return report_fail(r, "--variant: '%s' is not NAME:KEY=VALUE,..., or one of more than %d", text, REPORT_MAX_VARIANTS);
+    report_variant *v = &o->variants[o->variant_count++];
+    snprintf(v->name, sizeof v->name, "%.*s", (int)(at - text), text);
+    for (char *word = at + 1; word && v->count < REPORT_MAX_SETTINGS;) {
+        v->settings[v->count++] = word;
+        word = strchr(word, ',');
+        if (word)
+            *word++ = 0;
+    }
+    return true;
+}
+
+static bool take_integer(report *r, const char *name, const char *value, long low, long high, int *out)
+{
+    long number;
+    if (!cli_integer(value, low, high, &number))
+        return report_fail(r, "%s: '%s' is not a whole number in [%ld, %ld]", name, value, low, high);
+    *out = (int)number;
+    return true;
+}
+
+static bool take_frames(report *r, const char *value)
+{
+    report_options *o = &r->options;
+    char tail;
+    if (sscanf(value, "%d,%d,%d%c", &o->moving, &o->still, &o->stepped, &tail) == 3 && o->moving >= 2 && o->still >= 2 && o->stepped >= 0
+        && o->moving <= REPORT_MAX_FRAMES && o->still <= REPORT_MAX_FRAMES && o->stepped <= REPORT_MAX_FRAMES
+        && o->moving + o->still + o->stepped <= REPORT_MAX_FRAMES)
+        return true;
+    return report_fail(r, "--frames: '%s' is not M,R,L with M and R at least 2 and a sum of at most %d", value, REPORT_MAX_FRAMES);
+}
+
+static bool take_option(report *r, const char *name, char *value)
+{
+    report_options *o = &r->options;
+    if (!strcmp(name, "--scenes")) return each_word(r, value, take_scene);
+    if (!strcmp(name, "--denoisers")) return each_word(r, value, take_denoiser);
+    if (!strcmp(name, "--presets")) return each_word(r, value, take_preset);
+    if (!strcmp(name, "--paths")) return each_word(r, value, take_paths);
+    if (!strcmp(name, "--sizes")) return each_word(r, value, take_size);
+    if (!strcmp(name, "--time-size")) return parse_size(r, name, value, &o->time_size);
+    if (!strcmp(name, "--variant")) return take_variant(r, value);
+    if (!strcmp(name, "--frames")) return take_frames(r, value);
+    if (!strcmp(name, "--pairs")) return take_integer(r, name, value, 1, 64, &o->pairs);
+    if (!strcmp(name, "--ref")) return take_integer(r, name, value, 2, 1 << 20, &o->samples);
+    if (!strcmp(name, "--repeats")) return take_integer(r, name, value, 1, REPORT_MAX_FRAMES, &o->repeats);
+    if (!strcmp(name, "--device")) return take_integer(r, name, value, 0, 63, &o->device);
+    return report_fail(r, "%s: unknown option", name);
+}
+
+static bool is_processor(report *r, bool *out)
+{
+    gpu g;
+    const gpu_desc desc = { r->options.device, false, false };
+    if (!gpu_open(&g, &desc, r->error, sizeof r->error))
+        return false;
+    *out = g.properties.deviceType == VK_PHYSICAL_DEVICE_TYPE_CPU;
+    gpu_close(&g);
+    return true;
+}
+
+/* What was not said. */
+static bool set_defaults(report *r, bool quick)
+{
+    report_options *o = &r->options;
+    bool cpu, ok = is_processor(r, &cpu);
+    bool all_scenes = !o->scene_count && !quick;
+    if (ok && !o->scene_count && quick)
+        ok = each_word(r, "interior,moving", take_scene);
+    for (int i = 0; i < scene_table_count && ok && all_scenes; i++)
+        if (strcmp(scene_table[i].name, "model") != 0)
+            ok = take_scene(r, scene_table[i].name);
+    for (int i = 0; ok && !o->denoiser_count && i < NRD_DENOISER_COUNT; i++)
+        o->denoisers[i] = (nrd_denoiser)i;
+    o->denoiser_count = o->denoiser_count ? o->denoiser_count : NRD_DENOISER_COUNT;
+    for (int i = 0; ok && !o->preset_count && i < NRD_PRESET_COUNT; i++)
+        o->presets[i] = (nrd_preset)i;
+    o->preset_count = o->preset_count ? o->preset_count : NRD_PRESET_COUNT;
+    if (ok && !o->path_count)
+        ok = each_word(r, quick ? "0.25,1" : "0.25,0.5,1,2,4", take_paths);
+    if (ok && !o->size_count)
+        ok = each_word(r, !cpu ? "640x360" : quick ? "160x90" : "240x135", take_size);
+    if (!o->time_size.width && !cpu)
+        o->time_size = (report_size){ 1920, 1080 };
+    if (!o->moving)
+        ok = ok && take_frames(r, quick ? "10,8,8" : "16,12,10");
+    o->pairs = o->pairs ? o->pairs : quick ? 1 : 2;
+    o->samples = (o->samples ? o->samples : !cpu ? 1024 : quick ? 64 : 96) / 2 * 2;
+    o->repeats = o->repeats ? o->repeats : quick ? 8 : 24;
+    if (ok && 2 * o->pairs > o->moving)
+        ok = report_fail(r, "--pairs: %d pairs do not fit into %d frames", o->pairs, o->moving);
+    return ok;
+}
+
+static bool parse(int argc, char **argv, report *r)
+{
+    bool quick = false;
+    for (int i = 1; i < argc; i++) {
+        if (!strcmp(argv[i], "--quick")) {
+            quick = true;
+        } else if (argv[i][0] == '-') {
+            if (i + 1 == argc)
+                return report_fail(r, "%s: value missing, or unknown option", argv[i]);
+            if (!take_option(r, argv[i], argv[i + 1]))
+                return false;
+            i++;
+        } else if (r->options.folder) {
+            return report_fail(r, "'%s': one folder is enough", argv[i]);
+        } else {
+            r->options.folder = argv[i];
+        }
+    }
+    if (!r->options.folder)
+        return report_fail(r, "no output folder given");
+    return set_defaults(r, quick);
+}
+
+/* ---- the program ---- */
+
+static double seconds_now(void)
+{
+    struct timespec t;
+    clock_gettime(CLOCK_MONOTONIC, &t);
+    return (double)t.tv_sec + 1e-9 * (double)t.tv_nsec;
+}
+
+static bool measure_group(report *r, const report_group *group, int done, int total)
+{
+    double start = seconds_now();
+    int first = r->rows.count;
+    if (rows_load(r, group))
+        return true;
+    if (!report_measure(r, group, done, total) || !rows_save(r, group, first))
+        return false;
+    fprintf(stderr, "%d of %d: %s %dx%d, %g paths per pixel: %d rows in %.1f s\n", done + 1, total, group->scene->name, group->size.width, group->size.height,
+            group->paths, r->rows.count - first, seconds_now() - start);
+    return true;
+}
+
+static bool measure_all(report *r)
+{
+    const report_options *o = &r->options;
+    int done = 0, total = o->scene_count * o->size_count * o->path_count;
+    for (int s = 0; s < o->scene_count; s++)
+        for (int z = 0; z < o->size_count; z++)
+            for (int p = 0; p < o->path_count; p++) {
+                const report_group group = { o->scenes[s], o->sizes[z], o->paths[p] };
+                if (!measure_group(r, &group, done++, total))
+                    return false;
+            }
+    return true;
+}
+
+static bool run(report *r)
+{
+    if (mkdir(r->options.folder, 0777) != 0 && errno != EEXIST)
+        return report_fail(r, "%s: %s", r->options.folder, strerror(errno));
+    if (!measure_all(r) || !print_csv(r) || !print_json(r) || !print_page(r))
+        return false;
+    print_table(r);
+    printf("\n%s/report.html\n", r->options.folder);
+    return true;
+}
+
+int main(int argc, char **argv)
+{
+    static report r;
+    if (argc == 1) return fputs(usage, stderr), 2;
+    if (!strcmp(argv[1], "--help") || !strcmp(argv[1], "-h")) return fputs(usage, stdout), 0;
+    if (!parse(argc, argv, &r)) return cli_fail("nrd-report", "%s", r.error), 2;
+    bool ok = run(&r);
+    free(r.rows.rows);
+    return ok ? 0 : cli_fail("nrd-report", "%s", r.error);
+}

@@ -1,0 +1,433 @@
+#include "common/cli.h"
+#include "common/gpu.h"
+#include "report/baseline.h"
+#include "report/crops.h"
+#include "report/method.h"
+#include "report/score.h"
+#include "report/sequence.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+enum { MAX_TRACKS = 1024, MAX_EXTRA = 64 };
+
+typedef enum track_kind { TRACK_DENOISER, TRACK_NOISY, TRACK_SPATIAL, TRACK_PATHS } track_kind;
+
+/* One signal from one source: what becomes a row. */
+typedef struct track {
+    track_kind kind;
+    int method;      /* whose picture it is, or whose time is spent otherwise; -1: none */
+    signal_id signal;
+    int radius;      /* TRACK_SPATIAL */
+    double ms;
+    double paths;    /* traced per pixel */
+    image sum;       /* TRACK_PATHS, in one frame */
+    score score;
+} track;
+
+typedef struct measurement {
+    report *r;
+    sequence seq, large;   /* large: of another size, where times are not taken at that of the errors */
+    sequence *clock;       /* that on which times are taken */
+    baseline base, rival;  /* on seq and on clock */
+    method methods[REPORT_MAX_METHODS];
+    int method_count;
+    track *tracks;
+    int track_count;
+    truth truths[SIGNAL_COUNT];
+    bool wanted[SIGNAL_COUNT];
+    capture first, timed, then, now;
+    double trace_ms, path_ms;
+} measurement;
+
+/* ---- methods ---- */
+
+static bool open_method(measurement *m, const method *described, signal_id signal)
+{
+    if (m->method_count == REPORT_MAX_METHODS)
+        return report_fail(m->r, "more than %d denoisers with presets", REPORT_MAX_METHODS);
+    method *added = &m->methods[m->method_count++];
+    *added = *described;
+    added->desc.reference_signal = signal;
+    return method_time(m->r, added, &m->timed) && method_open(m->r, added, &m->first);
+}
+
+/* Those that average any signal do so for all that others write, once these are known. */
+static bool open_described(measurement *m, const method *described, bool any_signal_round)
+{
+    bool any = method_takes_any_signal(described, &m->first), nothing_wanted = true;
+    if (any != any_signal_round)
+        return true;
+    if (!any) {
+        if (!open_method(m, described, SIGNAL_DIFFUSE))
+            return false;
+        for (int s = 0; s < SIGNAL_COUNT; s++)
+            m->wanted[s] |= m->methods[m->method_count - 1].writes[s];
+        return true;
+    }
+    for (int s = 0; s < SIGNAL_COUNT; s++)
+        nothing_wanted &= !m->wanted[s];
+    m->wanted[SIGNAL_DIFFUSE] |= nothing_wanted;
+    for (int s = 0; s < SIGNAL_COUNT; s++)
+        if (m->wanted[s] && s != SIGNAL_FINAL && !open_method(m, described, (signal_id)s))
+            return false;
+    return true;
+}
+
+static bool open_methods(measurement *m)
+{
+    const report_options *o = &m->r->options;
+    for (int round = 0; round < 2; round++)
+        for (uint32_t d = 0; d < o->denoiser_count; d++)
+            for (uint32_t p = 0; p < o->preset_count + o->variant_count; p++) {
+                method described;
+                const report_variant *variant = p < o->preset_count ? NULL : &o->variants[p - o->preset_count];
+                if (!method_describe(m->r, o->denoisers[d], variant ? NRD_PRESET_BALANCED : o->presets[p], variant, &described))
+                    return false;
+                /* a preset that changes nothing is the balanced one */
+                if ((described.setting_count || described.is_default) && !open_described(m, &described, round == 1))
+                    return false;
+            }
+    return true;
+}
+
+/* ---- tracks ---- */
+
+static track *add_track(measurement *m, track_kind kind, int method, signal_id signal)
+{
+    if (m->track_count == MAX_TRACKS) {
+        report_fail(m->r, "more than %d rows for one scene", MAX_TRACKS);
+        return NULL;
+    }
+    track *t = &m->tracks[m->track_count++];
+    memset(t, 0, sizeof *t);
+    t->kind = kind;
+    t->method = method;
+    t->signal = signal;
+    t->paths = m->seq.group.paths;
+    score_start(&t->score);
+    return t;
+}
+
+/* What the time of a denoiser would buy without it. */
+static bool add_rivals(measurement *m, int method, signal_id signal, int radius, double filter_ms)
+{
+    double ms = m->methods[method].ms;
+    track *spatial = add_track(m, TRACK_SPATIAL, method, signal), *paths = spatial ? add_track(m, TRACK_PATHS, method, signal) : NULL;
+    if (!paths)
+        return false;
+    spatial->radius = radius;
+    spatial->ms = filter_ms;
+    paths->ms = ms;
+    paths->paths = fmin(m->seq.group.paths + ms / m->path_ms, MAX_EXTRA);
+    return true;
+}
+
+static bool add_method_tracks(measurement *m, int index)
+{
+    const method *method = &m->methods[index];
+    bool rivals = method->is_default && !method_takes_any_signal(method, &m->first);
+    int radius = 1;
+    double filter_ms = 0;
+    if (rivals && !baseline_radius_for(&m->rival, method->ms, &radius, &filter_ms))
+        return report_fail(m->r, "%s", gpu_error(m->rival.g));
+    for (int s = 0; s < SIGNAL_COUNT; s++) {
+        if (!method->writes[s])
+            continue;
+        track *t = add_track(m, TRACK_DENOISER, index, (signal_id)s);
+        if (!t || (rivals && !add_rivals(m, index, (signal_id)s, radius, filter_ms)))
+            return false;
+        t->ms = method->ms;
+    }
+    return true;
+}
+
+static bool add_tracks(measurement *m)
+{
+    for (int s = 0; s < SIGNAL_COUNT; s++)
+        if (m->wanted[s] && !add_track(m, TRACK_NOISY, -1, (signal_id)s))
+            return false;
+    for (int i = 0; i < m->method_count; i++)
+        if (!add_method_tracks(m, i))
+            return false;
+    return true;
+}
+
+/* ---- one frame ---- */
+
+static bool add_score(measurement *m, track *t, int frame, image *picture)
+{
+    const capture *then = m->then.plane_count ? &m->then : NULL;
+    bool ok = score_add(&t->score, &m->truths[t->signal], &m->r->options, frame, then, &m->now, picture);
+    image_destroy(picture);
+    return ok || report_fail(m->r, "out of memory");
+}
+
+static bool score_method(measurement *m, int index, int frame, bool crops)
+{
+    capture out;
+    bool ok = method_frame(m->r, &m->methods[index], &m->now, &out);
+    for (int i = 0; i < m->track_count && ok; i++) {
+        track *t = &m->tracks[i];
+        image picture;
+        if (t->kind != TRACK_DENOISER || t->method != index)
+            continue;
+        if (!signal_get(&m->now, &out, t->signal, SOURCE_DENOISED, &picture))
+            ok = report_fail(m->r, "out of memory");
+        if (ok && crops && m->methods[index].is_default)
+            ok = crops_write(m->r, &m->seq.group, nrd_denoiser_name(m->methods[index].denoiser), &m->truths[t->signal], &m->now, &picture);
+        ok = ok && add_score(m, t, frame, &picture);
+    }
+    capture_destroy(&out);
+    return ok;
+}
+
+static bool score_input(measurement *m, track *t, int frame)
+{
+    image picture;
+    if (!signal_get(&m->now, NULL, t->signal, SOURCE_NOISY, &picture))
+        return report_fail(m->r, "out of memory");
+    if (t->kind == TRACK_SPATIAL && !baseline_filter(&m->base, t->radius, &picture)) {
+        image_destroy(&picture);
+        return report_fail(m->r, "%s", gpu_error(m->base.g));
+    }
+    return add_score(m, t, frame, &picture);
+}
+
+/* ---- more paths instead ---- */
+
+static double random_of(size_t pixel, int frame)
+{
+    uint32_t x = (uint32_t)pixel * 0x9e3779b1u + (uint32_t)frame * 0x85ebca77u;
+    x = (x ^ (x >> 16)) * 0x7feb352du;
+    x = (x ^ (x >> 15)) * 0x846ca68bu;
+    return (double)(x ^ (x >> 16)) / 4294967296.0;
+}
+
+/* Adds path `number` to the mean of a track. A fraction of a path is one in that share of the pixels; below one path per
+   pixel, samples count for the pixels that get none. */
+static void add_path(track *t, const image *one, int number, int frame)
+{
+    int whole = (int)t->paths;
+    for (size_t i = 0; i < image_pixels(one); i++) {
+        int count = whole + (random_of(i, frame) < t->paths - whole);
+        for (int k = 0; k < one->channels && number < count; k++)
+            t->sum.planes[k][i] += one->planes[k][i] / (float)(whole ? count : t->paths);
+    }
+}
+
+static bool add_extra(measurement *m, int frame, int number)
+{
+    capture extra;
+    bool ok = sequence_extra(&m->seq, frame, number, &extra);
+    for (int i = 0; i < m->track_count && ok; i++) {
+        track *t = &m->tracks[i];
+        image one;
+        if (t->kind != TRACK_PATHS || number >= ceil(t->paths))
+            continue;
+        if (!signal_get(&extra, NULL, t->signal, SOURCE_NOISY, &one))
+            ok = report_fail(m->r, "out of memory");
+        else if (!t->sum.channels && !image_create(&t->sum, one.width, one.height, one.channels))
+            ok = report_fail(m->r, "out of memory");
+        else
+            add_path(t, &one, number, frame);
+        image_destroy(&one);
+    }
+    capture_destroy(&extra);
+    return ok;
+}
+
+static bool score_paths(measurement *m, int frame)
+{
+    double most = 0;
+    bool ok = true;
+    for (int i = 0; i < m->track_count; i++)
+        if (m->tracks[i].kind == TRACK_PATHS)
+            most = fmax(most, m->tracks[i].paths);
+    for (int number = 0; number < ceil(most) && ok; number++)
+        ok = add_extra(m, frame, number);
+    for (int i = 0; i < m->track_count && ok; i++) {
+        track *t = &m->tracks[i];
+        if (t->kind == TRACK_PATHS)
+            ok = add_score(m, t, frame, &t->sum);
+    }
+    return ok;
+}
+
+static bool score_frame(measurement *m, int frame)
+{
+    const report_options *o = &m->r->options;
+    const capture *then = m->then.plane_count ? &m->then : NULL;
+    bool ok = true, in_motion = frame < o->moving;
+    for (int s = 0; s < SIGNAL_COUNT && ok; s++)
+        if (m->wanted[s])
+            ok = truth_advance(&m->truths[s], o, frame, then, &m->now) || report_fail(m->r, "out of memory");
+    for (int i = 0; i < m->method_count && ok; i++)
+        ok = score_method(m, i, frame, frame == o->moving - 1 && crops_wanted(o, &m->seq.group));
+    for (int i = 0; i < m->track_count && ok; i++)
+        if (m->tracks[i].kind == TRACK_NOISY || m->tracks[i].kind == TRACK_SPATIAL)
+            ok = score_input(m, &m->tracks[i], frame);
+    return ok && (!in_motion || !sequence_has_reference(o, frame) || score_paths(m, frame));
+}
+
+static bool run_frames(measurement *m, int done, int total)
+{
+    int frames = sequence_length(&m->r->options);
+    for (int frame = 0; frame < frames; frame++) {
+        if (!sequence_frame(&m->seq, frame, &m->now) || !score_frame(m, frame))
+            return false;
+        capture_destroy(&m->then);
+        m->then = m->now;
+        memset(&m->now, 0, sizeof m->now);
+        cli_progress("measuring", done * frames + frame + 1, total * frames);
+    }
+    return true;
+}
+
+/* ---- rows ---- */
+
+static bool fill_times(measurement *m, const method *method, report_row *row)
+{
+    double pixels = (double)row->time_width * row->time_height, copy_ms, *v = row->values;
+    if (!baseline_copy_ms(&m->rival, method->bytes, &copy_ms))
+        return report_fail(m->r, "%s", gpu_error(m->rival.g));
+    v[REPORT_ms_low] = method->low;
+    v[REPORT_ms_high] = method->high;
+    v[REPORT_bytes_per_pixel] = method->bytes / pixels;
+    v[REPORT_copy_share] = copy_ms / method->ms;
+    v[REPORT_permanent_bytes] = method->permanent_bytes;
+    v[REPORT_transient_bytes] = method->transient_bytes;
+    row->pass_count = method->pass_count;
+    memcpy(row->passes, method->passes, sizeof row->passes);
+    return true;
+}
+
+/* Relative to the reference under the first light. */
+static bool reference_noise(measurement *m, signal_id signal, double *out)
+{
+    capture halves, plain;
+    image noise, reference = { 0 };
+    metrics errors;
+    bool ok = true;
+    *out = NAN;
+    ok = sequence_noise(&m->seq, &halves, &plain);
+    memset(&noise, 0, sizeof noise);
+    if (ok && signal_get(&halves, NULL, signal, SOURCE_REFERENCE, &noise)) {
+        ok = signal_get(&plain, NULL, signal, SOURCE_REFERENCE, &reference)
+            && metrics_compare(&noise, &reference, m->truths[signal].mask, &m->truths[signal].scale, &errors);
+        *out = ok ? errors.rel_mse_trimmed : NAN;
+    }
+    capture_destroy(&halves);
+    capture_destroy(&plain);
+    image_destroy(&noise);
+    image_destroy(&reference);
+    return ok || report_fail(m->r, "out of memory");
+}
+
+static bool fill_row(measurement *m, const track *t, double noise)
+{
+    static const char *const kinds[] = { REPORT_KIND_DENOISER, REPORT_KIND_NOISY, REPORT_KIND_SPATIAL, REPORT_KIND_PATHS };
+    const report_group *g = &m->seq.group;
+    const method *method = t->method >= 0 ? &m->methods[t->method] : NULL;
+    report_row *row = rows_add(&m->r->rows);
+    if (!row)
+        return report_fail(m->r, "out of memory");
+    snprintf(row->scene, sizeof row->scene, "%s", g->scene->name);
+    snprintf(row->kind, sizeof row->kind, "%s", kinds[t->kind]);
+    snprintf(row->method, sizeof row->method, "%s", method ? nrd_denoiser_name(method->denoiser) : "");
+    snprintf(row->preset, sizeof row->preset, "%s", method ? method->preset : "");
+    snprintf(row->signal, sizeof row->signal, "%s", signal_name(t->signal));
+    row->width = g->size.width;
+    row->height = g->size.height;
+    row->paths = g->paths;
+    row->time_width = m->clock->group.size.width;
+    row->time_height = m->clock->group.size.height;
+    row->values[REPORT_ms] = t->ms;
+    row->values[REPORT_ns_per_pixel] = t->ms * 1e6 / ((double)row->time_width * row->time_height);
+    row->values[REPORT_trace_ms] = m->trace_ms;
+    row->values[REPORT_paths_traced] = t->paths;
+    row->values[REPORT_reference_noise] = noise;
+    score_fill(&t->score, &m->truths[t->signal], &m->r->options, row);
+    return t->kind != TRACK_DENOISER || fill_times(m, method, row);
+}
+
+static bool fill_rows(measurement *m)
+{
+    double noise[SIGNAL_COUNT];
+    for (int s = 0; s < SIGNAL_COUNT; s++)
+        if (m->wanted[s] && !reference_noise(m, (signal_id)s, &noise[s]))
+            return false;
+    for (int i = 0; i < m->track_count; i++)
+        if (!fill_row(m, &m->tracks[i], noise[m->tracks[i].signal]))
+            return false;
+    return true;
+}
+
+/* ---- the whole ---- */
+
+static bool open_baseline(measurement *m, baseline *b, sequence *seq, const capture *frame)
+{
+    return baseline_open(b, &seq->tracer, frame->width, frame->height, frame->denoising_range, m->r->error, sizeof m->r->error);
+}
+
+/* Tracer, frame and rivals at the size at which times are taken. */
+static bool open_clock(measurement *m, const report_group *group)
+{
+    report_group timed = *group;
+    double one, three;
+    timed.size = m->r->options.time_size;
+    m->clock = timed.size.width ? &m->large : &m->seq;
+    if (m->clock == &m->large && !sequence_open(&m->large, m->r, &timed, false))
+        return false;
+    if (!sequence_trace_ms(m->clock, 1, &one) || !sequence_trace_ms(m->clock, 3, &three)
+        || !sequence_trace_ms(m->clock, group->paths < 1 ? 1 : (int)group->paths, &m->trace_ms))
+        return false;
+    m->path_ms = (three - one) / 2;
+    return sequence_frame(m->clock, 0, &m->timed) && open_baseline(m, &m->rival, m->clock, &m->timed);
+}
+
+static bool prepare(measurement *m, report *r, const report_group *group)
+{
+    m->tracks = calloc(MAX_TRACKS, sizeof *m->tracks);
+    for (int s = 0; s < SIGNAL_COUNT; s++)
+        m->truths[s].signal = (signal_id)s;
+    if (!m->tracks)
+        return report_fail(r, "out of memory");
+    return sequence_open(&m->seq, r, group, true) && open_clock(m, group) && sequence_frame(&m->seq, 0, &m->first)
+        && open_baseline(m, &m->base, &m->seq, &m->first) && open_methods(m) && add_tracks(m);
+}
+
+static void release(measurement *m)
+{
+    for (int i = 0; i < m->track_count; i++) {
+        score_free(&m->tracks[i].score);
+        image_destroy(&m->tracks[i].sum);
+    }
+    for (int i = 0; i < m->method_count; i++)
+        method_close(&m->methods[i]);
+    for (int s = 0; s < SIGNAL_COUNT; s++)
+        truth_free(&m->truths[s]);
+    baseline_close(&m->base);
+    baseline_close(&m->rival);
+    sequence_close(&m->seq);
+    sequence_close(&m->large);
+    capture_destroy(&m->first);
+    capture_destroy(&m->timed);
+    capture_destroy(&m->then);
+    capture_destroy(&m->now);
+    free(m->tracks);
+    free(m);
+}
+
+bool report_measure(report *r, const report_group *group, int done, int total)
+{
+    measurement *m = calloc(1, sizeof *m);
+    if (!m)
+        return report_fail(r, "out of memory");
+    m->r = r;
+    bool ok = prepare(m, r, group) && run_frames(m, done, total) && fill_rows(m);
+    release(m);
+    return ok;
+}

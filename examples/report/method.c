@@ -1,0 +1,194 @@
+#include "report/method.h"
+
+#include "report/statistics.h"
+
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+enum { WARM_UP = 6 };
+
+/* ---- settings ---- */
+
+static void add_setting(method *m, const nrd_setting *row, double value)
+{
+    if (m->setting_count < METHOD_MAX_SETTINGS)
+        m->settings[m->setting_count++] = (setting_value){ row->name, true, m->denoiser, value };
+}
+
+static bool add_preset(method *m, nrd_preset preset)
+{
+    size_t size = nrd_settings_size(m->denoiser);
+    void *chosen = malloc(size), *defaults = malloc(size);
+    nrd_setting row;
+    for (uint32_t i = 0; chosen && defaults && nrd_get_setting(m->denoiser, i, &row); i++) {
+        double value = 0, usual = 0;
+        if (i == 0) {
+            nrd_settings_preset(m->denoiser, preset, chosen);
+            nrd_settings_defaults(m->denoiser, defaults);
+        }
+        settings_get(m->denoiser, chosen, row.name, &value);
+        settings_get(m->denoiser, defaults, row.name, &usual);
+        if (value != usual)
+            add_setting(m, &row, value);
+    }
+    bool ok = chosen && defaults;
+    free(chosen);
+    free(defaults);
+    return ok;
+}
+
+/* Of the settings of a variant, those that the denoiser has. */
+static bool add_variant(report *r, method *m, const report_variant *variant)
+{
+    for (uint32_t i = 0; i < variant->count; i++) {
+        char reason[REPORT_ERROR];
+        setting_value value;
+        bool known = setting_parse(variant->settings[i], r->options.denoisers, r->options.denoiser_count, &value, reason, sizeof reason);
+        if (!known)
+            return report_fail(r, "variant %s: %s", variant->name, reason);
+        double unused;
+        void *defaults = malloc(nrd_settings_size(m->denoiser));
+        if (!defaults)
+            return report_fail(r, "out of memory");
+        nrd_settings_defaults(m->denoiser, defaults);
+        if (settings_get(m->denoiser, defaults, value.name, &unused) && (!value.only_one || value.denoiser == m->denoiser))
+            m->settings[m->setting_count++] = value;
+        free(defaults);
+    }
+    return true;
+}
+
+bool method_describe(report *r, nrd_denoiser denoiser, nrd_preset preset, const report_variant *variant, method *out)
+{
+    memset(out, 0, sizeof *out);
+    out->denoiser = denoiser;
+    snprintf(out->preset, sizeof out->preset, "%s", variant ? variant->name : nrd_preset_name(preset));
+    if (variant ? !add_variant(r, out, variant) : !add_preset(out, preset))
+        return r->error[0] ? false : report_fail(r, "out of memory");
+    out->is_default = !variant && preset == NRD_PRESET_BALANCED;
+    return true;
+}
+
+/* The method may have been copied since it was described. */
+static void fill_desc(method *m, int device)
+{
+    m->desc.denoisers[0] = m->denoiser;
+    m->desc.denoiser_count = 1;
+    m->desc.settings = m->settings;
+    m->desc.setting_count = m->setting_count;
+    m->desc.device_index = device;
+}
+
+bool method_takes_any_signal(const method *m, const capture *first)
+{
+    method copy = *m;
+    denoise_sink sink = { NULL, 0 };
+    fill_desc(&copy, 0);
+    nrd *instance = denoise_make_instance(&copy.desc, first, &sink);
+    bool takes = instance && nrd_uses_resource(instance, NRD_RESOURCE_IN_SIGNAL);
+    nrd_destroy(instance);
+    return takes;
+}
+
+/* ---- times ---- */
+
+static double quartiles(double *times, int count, double *low, double *high)
+{
+    *low = quantile(times, count, 0.25);
+    *high = quantile(times, count, 0.75);
+    return quantile(times, count, 0.5);
+}
+
+typedef struct timings { double totals[REPORT_MAX_FRAMES], passes[REPORT_MAX_PASSES][REPORT_MAX_FRAMES]; int count; } timings;
+
+static void take(method *m, timings *t)
+{
+    uint32_t count;
+    const denoise_timing *list = denoise_timings(m->d, &count);
+    double total = 0;
+    m->pass_count = count < REPORT_MAX_PASSES ? (int)count : REPORT_MAX_PASSES;
+    for (int i = 0; i < m->pass_count; i++) {
+        snprintf(m->passes[i].name, sizeof m->passes[i].name, "%s", list[i].pass);
+        t->passes[i][t->count] = list[i].milliseconds;
+        total += list[i].milliseconds;
+    }
+    t->totals[t->count++] = total;
+}
+
+static bool run_timed(report *r, method *m, const capture *frame, timings *t)
+{
+    bool ok = true;
+    for (int i = 0; i < WARM_UP + r->options.repeats && ok; i++) {
+        ok = denoise_again(m->d, frame, m->index++, r->error, sizeof r->error);
+        if (ok && i >= WARM_UP)
+            take(m, t);
+    }
+    return ok;
+}
+
+static bool open_denoiser(report *r, method *m, const capture *first, capture *out)
+{
+    fill_desc(m, r->options.device);
+    m->index = 0;
+    m->d = denoise_create(&m->desc, first, r->error, sizeof r->error);
+    return m->d && method_frame(r, m, first, out);
+}
+
+bool method_time(report *r, method *m, const capture *frame)
+{
+    capture steady = *frame, out = { 0 };
+    timings *t = calloc(1, sizeof *t);
+    steady.cut = 0;
+    bool ok = (t || report_fail(r, "out of memory")) && open_denoiser(r, m, &steady, &out) && run_timed(r, m, &steady, t);
+    capture_destroy(&out);
+    if (ok) {
+        m->ms = quartiles(t->totals, t->count, &m->low, &m->high);
+        for (int i = 0; i < m->pass_count; i++)
+            m->passes[i].ms = quartiles(t->passes[i], t->count, &m->passes[i].low, &m->passes[i].high);
+        m->bytes = denoise_bytes_moved(m->d, &steady);
+        m->permanent_bytes = (double)denoise_info(m->d)->permanent_bytes;
+        m->transient_bytes = (double)denoise_info(m->d)->transient_bytes;
+    }
+    method_close(m);
+    free(t);
+    return ok;
+}
+
+/* ---- frames ---- */
+
+bool method_frame(report *r, method *m, const capture *frame, capture *out)
+{
+    return denoise_frame(m->d, frame, frame->cut ? "first frame" : "frame", m->index++, out, r->error, sizeof r->error);
+}
+
+/* `final` counts as written when all that it is made of is. */
+static void find_outputs(method *m, const capture *first, const capture *out)
+{
+    float *sun[3];
+    for (int s = 0; s < SIGNAL_COUNT; s++) {
+        image picture;
+        m->writes[s] = s != SIGNAL_FINAL && signal_get(first, out, (signal_id)s, SOURCE_DENOISED, &picture);
+        if (m->writes[s])
+            image_destroy(&picture);
+    }
+    bool has_sun = capture_find_planes(first, "sun", "RGB", sun);
+    m->writes[SIGNAL_FINAL] = m->writes[SIGNAL_DIFFUSE] && m->writes[SIGNAL_SPECULAR] && (!has_sun || m->writes[SIGNAL_SHADOW]);
+}
+
+bool method_open(report *r, method *m, const capture *first)
+{
+    capture out;
+    if (!open_denoiser(r, m, first, &out))
+        return false;
+    find_outputs(m, first, &out);
+    capture_destroy(&out);
+    snprintf(r->device, sizeof r->device, "%s", denoise_device_name(m->d));
+    return true;
+}
+
+void method_close(method *m)
+{
+    denoise_destroy(m->d);
+    m->d = NULL;
+}

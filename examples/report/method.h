@@ -1,0 +1,42 @@
+/* method.h: one denoiser with one preset or variant of its settings, on the frames of a sequence. */
+#ifndef EXAMPLES_REPORT_METHOD_H
+#define EXAMPLES_REPORT_METHOD_H
+
+#include "report/report.h"
+
+enum { METHOD_MAX_SETTINGS = 128, REPORT_MAX_METHODS = 256 };
+
+typedef struct method {
+    nrd_denoiser denoiser;
+    char preset[REPORT_NAME];
+    bool is_default;                 /* the preset whose settings are the defaults */
+    setting_value settings[METHOD_MAX_SETTINGS];
+    uint32_t setting_count;
+    denoise_desc desc;
+    denoise *d;
+    uint32_t index;                  /* of the next frame */
+    bool writes[SIGNAL_COUNT];
+    double ms, low, high;            /* of a frame, 0 without timestamps */
+    double bytes;                    /* moved by a frame of the size at which times are taken */
+    double permanent_bytes, transient_bytes;
+    report_pass passes[REPORT_MAX_PASSES];
+    int pass_count;
+} method;
+
+/* Fills settings: those of a preset, or of a variant (`preset` is then ignored), as far as they differ from the defaults and
+   the denoiser has them. False with r->error. */
+bool method_describe(report *r, nrd_denoiser denoiser, nrd_preset preset, const report_variant *variant, method *out);
+
+/* Does the denoiser average whatever it is given? Then it runs once for each signal. */
+bool method_takes_any_signal(const method *m, const capture *first);
+
+/* Measures time and memory on a frame in the middle of a shot. */
+bool method_time(report *r, method *m, const capture *frame);
+
+/* Opens the denoiser and finds out what it writes. */
+bool method_open(report *r, method *m, const capture *first);
+void method_close(method *m);
+
+bool method_frame(report *r, method *m, const capture *frame, capture *out);
+
+#endif

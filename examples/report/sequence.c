@@ -1,0 +1,319 @@
+#define _POSIX_C_SOURCE 200809L
+#include "report/sequence.h"
+
+#include "common/cli.h"
+#include "report/statistics.h"
+#include "tracer/tracer_capture.h"
+#include "tracer/tracer_vulkan.h"
+
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/stat.h>
+
+enum { CHUNK = 8, EXTRA_SEED = 1000, PROBES = 3 };
+#define FRAMES_PER_SECOND 30.0f
+
+static size_t texels_of(const sequence *s)
+{
+    return (size_t)s->group.size.width * (size_t)s->group.size.height;
+}
+
+int sequence_length(const report_options *o)
+{
+    return o->moving + o->still + o->stepped;
+}
+
+sequence_phase sequence_phase_of(const report_options *o, int frame)
+{
+    return frame < o->moving ? PHASE_MOTION : frame < o->moving + o->still ? PHASE_REST : PHASE_STEP;
+}
+
+/* Frames at rest share the reference of the last one in motion. */
+static int reference_of(const report_options *o, int frame)
+{
+    return frame < o->moving ? frame : o->moving - 1;
+}
+
+bool sequence_has_reference(const report_options *o, int frame)
+{
+    if (frame >= o->moving)
+        return true;
+    for (int k = 1; k <= o->pairs; k++) {
+        int last = o->moving * k / o->pairs - 1;
+        if (frame == last || frame == last - 1)
+            return true;
+    }
+    return false;
+}
+
+/* ---- posing ---- */
+
+static void hold_still(pt_scene *p)
+{
+    p->frame.camera_prev = p->frame.camera;
+    for (uint32_t i = 0; i < p->triangle_count; i++)
+        for (int k = 0; k < 3; k++) {
+            float v = p->triangles[i].prev[k][3]; /* a texture coordinate */
+            p->triangles[i].prev[k] = p->triangles[i].p[k];
+            p->triangles[i].prev[k][3] = v;
+        }
+}
+
+static bool pose(sequence *s, int frame)
+{
+    const report_options *o = &s->r->options;
+    bool still = frame >= o->moving;
+    int pose_frame = still ? o->moving : frame; /* o->moving stands for the pose of the last frame, held still */
+    if (pose_frame != s->loaded_pose) {
+        s->loaded_pose = -1;
+        if (!scene_pose(&s->scene, reference_of(o, frame), FRAMES_PER_SECOND, (uint32_t)s->group.size.width, (uint32_t)s->group.size.height, &s->posed))
+            return report_fail(s->r, "out of memory");
+        if (still)
+            hold_still(&s->posed);
+        if (!s->tracer.load(&s->tracer, &s->posed, s->r->error, sizeof s->r->error))
+            return false;
+        s->loaded_pose = pose_frame;
+    }
+    s->posed.frame.jitter = vec4(0.0f, 0.0f, 0.0f, 0.0f);
+    s->posed.frame.frame_index = (uint32_t)frame;
+    s->posed.frame.seed = 0;
+    s->posed.frame.bounces = 3;
+    s->posed.frame.paths = s->group.paths < 1 ? 1 : (uint32_t)s->group.paths;
+    s->posed.frame.direct_mis = s->scene.def->small_lights;
+    return true;
+}
+
+/* ---- references ---- */
+
+static void cache_path(const sequence *s, int frame, char *path, size_t size)
+{
+    snprintf(path, size, "%s/cache/%s_%dx%d_%d_%d.ref", s->r->options.folder, s->group.scene->name, s->group.size.width, s->group.size.height,
+             s->r->options.samples, frame);
+}
+
+static bool read_cache(const sequence *s, int frame, float *planes, size_t count)
+{
+    char path[CAPTURE_PATH_SIZE], extra;
+    cache_path(s, frame, path, sizeof path);
+    FILE *file = fopen(path, "rb");
+    if (!file)
+        return false;
+    bool ok = fread(planes, sizeof *planes, count, file) == count && fread(&extra, 1, 1, file) == 0;
+    fclose(file);
+    return ok;
+}
+
+static bool write_cache(const sequence *s, int frame, const float *planes, size_t count)
+{
+    char path[CAPTURE_PATH_SIZE], part[CAPTURE_PATH_SIZE + 8];
+    cache_path(s, frame, path, sizeof path);
+    snprintf(part, sizeof part, "%s.part", path);
+    FILE *file = fopen(part, "wb");
+    if (!file)
+        return report_fail(s->r, "%s: cannot write", part);
+    bool written = fwrite(planes, sizeof *planes, count, file) == count;
+    if (fclose(file) == 0 && written && rename(part, path) == 0)
+        return true;
+    remove(part);
+    return report_fail(s->r, "%s: cannot write", path);
+}
+
+/* Adds samples first .. first + count - 1 to the sums. */
+static bool accumulate(sequence *s, int first, int count)
+{
+    for (int done = 0; done < count; done += CHUNK) {
+        s->posed.frame.sample_first = (uint32_t)(first + done);
+        s->posed.frame.sample_count = (uint32_t)(count - done < CHUNK ? count - done : CHUNK);
+        if (!s->tracer.accumulate(&s->tracer, &s->posed, s->sums, s->r->error, sizeof s->r->error))
+            return false;
+    }
+    return true;
+}
+
+/* The mean of all samples, and that of the first half of them. */
+static bool render_reference(sequence *s, int frame, float *planes)
+{
+    size_t values = PT_REF_COUNT * texels_of(s);
+    int half = s->r->options.samples / 2;
+    memset(s->sums, 0, values * sizeof *s->sums);
+    if (!pose(s, frame) || !accumulate(s, 0, half))
+        return false;
+    for (size_t i = 0; i < values; i++)
+        planes[values + i] = (float)(s->sums[i] / half);
+    if (!accumulate(s, half, half))
+        return false;
+    for (size_t i = 0; i < values; i++)
+        planes[i] = (float)(s->sums[i] / (2 * half));
+    return true;
+}
+
+static bool load_references(sequence *s)
+{
+    const report_options *o = &s->r->options;
+    size_t count = 2 * PT_REF_COUNT * texels_of(s);
+    for (int frame = 0; frame < o->moving; frame++) {
+        if (!sequence_has_reference(o, frame))
+            continue;
+        s->references[frame] = malloc(count * sizeof(float));
+        if (!s->references[frame])
+            return report_fail(s->r, "out of memory");
+        if (read_cache(s, frame, s->references[frame], count))
+            continue;
+        if (!render_reference(s, frame, s->references[frame]) || !write_cache(s, frame, s->references[frame], count))
+            return false;
+        cli_progress("references", frame + 1, o->moving);
+    }
+    return true;
+}
+
+bool sequence_open(sequence *s, report *r, const report_group *group, bool with_references)
+{
+    char folder[CAPTURE_PATH_SIZE];
+    memset(s, 0, sizeof *s);
+    s->r = r;
+    s->group = *group;
+    s->loaded_pose = -1;
+    snprintf(folder, sizeof folder, "%s/cache", r->options.folder);
+    mkdir(folder, 0777);
+    s->planes = malloc(PT_PLANE_COUNT * texels_of(s) * sizeof *s->planes);
+    s->sums = malloc(PT_REF_COUNT * texels_of(s) * sizeof *s->sums);
+    if (!s->planes || !s->sums)
+        return report_fail(r, "out of memory");
+    return scene_open(&s->scene, group->scene, NULL, r->error, sizeof r->error)
+        && tracer_open_vulkan(&s->tracer, r->options.device, r->error, sizeof r->error)
+        && (!with_references || load_references(s));
+}
+
+void sequence_close(sequence *s)
+{
+    if (s->tracer.close)
+        s->tracer.close(&s->tracer);
+    for (int i = 0; i < REPORT_MAX_FRAMES; i++)
+        free(s->references[i]);
+    free(s->planes);
+    free(s->sums);
+    scene_free_pose(&s->posed);
+    scene_close(&s->scene);
+    memset(s, 0, sizeof *s);
+}
+
+/* ---- frames ---- */
+
+static uint32_t hash(uint32_t x)
+{
+    x = (x ^ (x >> 16)) * 0x7feb352du;
+    x = (x ^ (x >> 15)) * 0x846ca68bu;
+    return x ^ (x >> 16);
+}
+
+/* Keeps a share of the samples of one lobe, brighter by what is left out: those left out have no light and hit distance 0,
+   which says that the lobe was not sampled. */
+static void leave_out(sequence *s, uint32_t radiance, uint32_t hit, int frame)
+{
+    size_t texels = texels_of(s);
+    uint32_t limit = (uint32_t)(s->group.paths * 4294967295.0);
+    for (size_t i = 0; i < texels; i++) {
+        bool kept = hash((uint32_t)i + hash((uint32_t)frame * 2 + (hit & 1u))) < limit;
+        for (uint32_t k = 0; k < 3; k++)
+            s->planes[(radiance + k) * texels + i] *= kept ? (float)(1 / s->group.paths) : 0.0f;
+        if (!kept)
+            s->planes[hit * texels + i] = 0;
+    }
+}
+
+static void brighten(float *planes, uint32_t first, uint32_t count, size_t texels)
+{
+    for (size_t i = first * texels; i < (first + count) * texels; i++)
+        planes[i] *= SEQUENCE_STEP;
+}
+
+static void brighten_frame(sequence *s)
+{
+    size_t texels = texels_of(s);
+    brighten(s->planes, PT_PLANE_DIFFUSE, 3, texels);
+    brighten(s->planes, PT_PLANE_SPECULAR, 3, texels);
+    brighten(s->planes, PT_PLANE_EMISSION, 3, texels);
+    brighten(s->planes, PT_PLANE_SUN, 3, texels);
+}
+
+static bool trace(sequence *s)
+{
+    return s->tracer.render(&s->tracer, &s->posed, s->planes, s->r->error, sizeof s->r->error);
+}
+
+/* Takes the traced planes into a capture. */
+static bool take_frame(sequence *s, int frame, capture *out)
+{
+    if (sequence_phase_of(&s->r->options, frame) == PHASE_STEP)
+        brighten_frame(s);
+    if (!capture_create(out, s->group.size.width, s->group.size.height)
+        || !tracer_fill_capture(out, &s->posed.frame, FRAMES_PER_SECOND, s->scene.def->has_sun, s->planes))
+        return report_fail(s->r, "out of memory");
+    return true;
+}
+
+static bool add_reference(sequence *s, int frame, capture *out)
+{
+    size_t texels = texels_of(s), values = PT_REF_COUNT * texels;
+    memcpy(s->planes, s->references[reference_of(&s->r->options, frame)], values * sizeof *s->planes);
+    if (sequence_phase_of(&s->r->options, frame) == PHASE_STEP) {
+        brighten(s->planes, PT_REF_DIFFUSE, 3, texels);
+        brighten(s->planes, PT_REF_SPECULAR, 3, texels);
+    }
+    return tracer_fill_reference(out, s->scene.def->has_sun, s->planes) || report_fail(s->r, "out of memory");
+}
+
+bool sequence_frame(sequence *s, int frame, capture *out)
+{
+    memset(out, 0, sizeof *out);
+    if (!pose(s, frame) || !trace(s))
+        return false;
+    if (s->group.paths < 1) {
+        leave_out(s, PT_PLANE_DIFFUSE, PT_PLANE_DIFFUSE_HIT, frame);
+        leave_out(s, PT_PLANE_SPECULAR, PT_PLANE_SPECULAR_HIT, frame);
+    }
+    if (!take_frame(s, frame, out))
+        return false;
+    out->cut = frame == 0;
+    return !s->references[reference_of(&s->r->options, frame)] || add_reference(s, frame, out);
+}
+
+bool sequence_extra(sequence *s, int frame, int number, capture *out)
+{
+    memset(out, 0, sizeof *out);
+    if (!pose(s, frame))
+        return false;
+    s->posed.frame.seed = (uint32_t)(EXTRA_SEED + number);
+    s->posed.frame.paths = 1;
+    return trace(s) && take_frame(s, frame, out);
+}
+
+bool sequence_noise(sequence *s, capture *half, capture *whole)
+{
+    size_t values = PT_REF_COUNT * texels_of(s);
+    const float *planes = s->references[s->r->options.moving - 1];
+    capture *both[2] = { whole, half };
+    memset(half, 0, sizeof *half);
+    memset(whole, 0, sizeof *whole);
+    for (int k = 0; k < 2; k++)
+        if (!capture_create(both[k], s->group.size.width, s->group.size.height)
+            || !tracer_fill_reference(both[k], s->scene.def->has_sun, planes + (size_t)k * values))
+            return report_fail(s->r, "out of memory");
+    return true;
+}
+
+bool sequence_trace_ms(sequence *s, int paths, double *out)
+{
+    double times[PROBES];
+    if (!pose(s, 0))
+        return false;
+    s->posed.frame.paths = (uint32_t)paths;
+    for (int i = 0; i < PROBES; i++) {
+        if (!trace(s))
+            return false;
+        times[i] = gpu_milliseconds(tracer_vulkan_gpu(&s->tracer));
+    }
+    *out = quantile(times, PROBES, 0.5);
+    return true;
+}

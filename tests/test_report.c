@@ -1,0 +1,290 @@
+/* nrd-report: what it writes, that it resumes, and that its page works in a browser. Expects nrd-report in the folder that
+   the environment variable NRD_BUILD names (build). */
+#define _XOPEN_SOURCE 700
+#define _DEFAULT_SOURCE
+#include "browser.h"
+#include "common/gpu.h"
+
+#include <png.h>
+#include <math.h>
+#include <setjmp.h>
+#include <stdarg.h>
+#include <sys/stat.h>
+
+#include <cmocka.h>
+
+#define TINY "--scenes moving --denoisers reblur_diffuse,reference --presets fastest,balanced --paths 1 --sizes 96x54 --ref 8 --frames 4,4,3 --pairs 1 --repeats 3"
+
+static char folder[128];
+static char text[1 << 20];
+
+/* Runs nrd-report in the test's folder; output and errors go to files there. */
+static int run(const char *arguments)
+{
+    char command[2048];
+    const char *build = getenv("NRD_BUILD");
+    snprintf(command, sizeof command, "%s/nrd-report %s >%s/output 2>%s/errors", build ? build : "build", arguments, folder, folder);
+    return system(command);
+}
+
+static const char *load(const char *name)
+{
+    char path[256];
+    snprintf(path, sizeof path, "%s/%s", folder, name);
+    FILE *file = fopen(path, "rb");
+    assert_non_null(file);
+    text[fread(text, 1, sizeof text - 1, file)] = 0;
+    fclose(file);
+    return text;
+}
+
+static int count(const char *in, const char *what)
+{
+    int n = 0;
+    for (; (in = strstr(in, what)); in += strlen(what))
+        n++;
+    return n;
+}
+
+static int run_tiny(const char *more)
+{
+    char arguments[1024];
+    snprintf(arguments, sizeof arguments, "%s/out " TINY " %s", folder, more);
+    return run(arguments);
+}
+
+static int measure_once(void **state)
+{
+    (void)state;
+    strcpy(folder, "/tmp/nrd-test-report-XXXXXX");
+    if (!mkdtemp(folder))
+        return -1;
+    if (run_tiny("") == 0)
+        return 0;
+    fprintf(stderr, "%s", load("errors"));
+    return -1;
+}
+
+static int clean_up(void **state)
+{
+    char command[256];
+    (void)state;
+    snprintf(command, sizeof command, "rm -rf %s", folder);
+    return system(command);
+}
+
+/* The value of a column in the first CSV line that contains `key`; NaN when empty. */
+static double cell(const char *key, const char *column)
+{
+    const char *header = load("out/report.csv"), *line = strstr(header, key), *at = strstr(header, column);
+    int index = 0, length = 0;
+    double value = NAN;
+    assert_non_null(line);
+    assert_non_null(at);
+    for (const char *c = header; c < at; c++)
+        index += *c == ',';
+    while (line > header && line[-1] != '\n')
+        line--;
+    line = strchr(line + 1, '"'); /* behind the device's name, which may hold commas */
+    for (; index > 0; line++)
+        index -= *line == ',';
+    return sscanf(line, "%lf%n", &value, &length) == 1 && length ? value : NAN;
+}
+
+static void every_method_and_baseline_is_a_row(void **state)
+{
+    (void)state;
+    const char *csv = load("out/report.csv");
+    /* noisy; two presets of reblur_diffuse, a filter and paths for one of them; reference */
+    assert_int_equal(count(csv, "\n"), 1 + 6);
+    assert_int_equal(count(csv, ",denoiser,"), 1 + 3); /* one is a column's name */
+    assert_int_equal(count(csv, ",noisy,"), 1);
+    assert_int_equal(count(csv, ",spatial,"), 1);
+    assert_int_equal(count(csv, ",more paths,"), 1);
+    assert_int_equal(count(load("out/report.json"), "\"signal\":\"diffuse\""), 6);
+}
+
+static void numbers_are_plausible(void **state)
+{
+    (void)state;
+    double noisy = cell(",noisy,", "motion_trimmed"), denoised = cell("reblur_diffuse,balanced", "motion_trimmed");
+    assert_true(denoised > 0 && denoised < 0.5 * noisy);
+    assert_true(cell("reblur_diffuse,balanced", "rest_flicker") < cell(",noisy,", "rest_flicker"));
+    assert_true(cell("reblur_diffuse,fastest", "ms,") < cell("reblur_diffuse,balanced", "ms,"));
+    assert_true(cell("reblur_diffuse,balanced", "bytes_per_pixel") > 100);
+    assert_true(cell("reblur_diffuse,balanced", "permanent_bytes") > 96 * 54 * 10);
+    assert_true(cell("more paths,", "paths_traced") > 1);
+    assert_true(cell(",noisy,", "lag") == 0);          /* it is as bright as the light at once */
+    assert_true(fabs(cell(",noisy,", "motion_bias")) < 0.1);
+    assert_true(cell("reference,balanced", "motion_flip") >= 0);
+}
+
+static void a_second_run_measures_nothing_again(void **state)
+{
+    static char before[sizeof text];
+    (void)state;
+    strcpy(before, load("out/report.csv"));
+    assert_int_equal(run_tiny(""), 0);
+    assert_int_equal(count(load("errors"), "rows in"), 0);
+    assert_string_equal(load("out/report.csv"), before); /* times included: nothing has been measured */
+}
+
+static void half_written_and_other_groups_are_measured_again(void **state)
+{
+    char path[256];
+    (void)state;
+    snprintf(path, sizeof path, "%s/out/parts/moving_96x54_1.txt", folder);
+    struct stat info;
+    assert_int_equal(stat(path, &info), 0);
+    assert_int_equal(truncate(path, info.st_size / 2), 0);
+    assert_int_equal(run_tiny(""), 0);
+    assert_int_equal(count(load("errors"), "rows in"), 1);
+    assert_int_equal(run_tiny("--variant short:max_accumulated_frames=2"), 0);
+    assert_int_equal(count(load("errors"), "rows in"), 1);
+    assert_int_equal(count(load("out/report.csv"), "reblur_diffuse,short"), 1);
+    assert_int_equal(run_tiny(""), 0);
+}
+
+static void misuse_is_named(void **state)
+{
+    static const struct { const char *arguments, *message; } cases[] = {
+        { "x --scenes nowhere", "--scenes: 'nowhere' is no scene" },
+        { "x --paths 1.5", "--paths: '1.5' is not in [0.05, 1]" },
+        { "x --sizes 8x8", "--sizes: '8x8' is not WxH" },
+        { "x --frames 1,1,1", "--frames: '1,1,1' is not M,R,L" },
+        { "x --denoisers none", "--denoisers: 'none' is no denoiser" },
+        { "x --pairs 9 --frames 4,2,2", "--pairs: 9 pairs do not fit into 4 frames" },
+        { "x --frames", "--frames: value missing" },
+        { "x y", "'y': one folder is enough" },
+        { "--quick", "no output folder given" },
+    };
+    (void)state;
+    for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
+        assert_int_not_equal(run(cases[i].arguments), 0);
+        if (!strstr(load("errors"), cases[i].message) || count(text, "\n") != 1)
+            fail_msg("%s: %s", cases[i].arguments, text);
+    }
+}
+
+static void the_page_needs_no_network(void **state)
+{
+    (void)state;
+    const char *page = load("out/report.html");
+    assert_non_null(strstr(page, "data:image/png;base64,iVBOR"));
+    assert_int_equal(count(page, "http"), count(page, "http://www.w3.org/2000/svg"));
+    assert_int_equal(count(page, "src=\""), 0);
+    assert_int_equal(count(page, "@import"), 0);
+}
+
+static int distinct_colours(const unsigned char *rgb, size_t pixels)
+{
+    unsigned char seen[4096] = { 0 };
+    int distinct = 0;
+    for (size_t i = 0; i < pixels; i++) {
+        unsigned char *mark = &seen[rgb[3 * i] >> 4 | (rgb[3 * i + 1] >> 4) << 4 | (rgb[3 * i + 2] >> 4) << 8];
+        distinct += !*mark;
+        *mark = 1;
+    }
+    return distinct;
+}
+
+static size_t from_base64(const char *in, unsigned char *out)
+{
+    static const char digits[] = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+    unsigned bits = 0, held = 0;
+    size_t n = 0;
+    for (const char *digit; *in && (digit = strchr(digits, *in)); in++) {
+        held = held << 6 | (unsigned)(digit - digits);
+        bits += 6;
+        if (bits >= 8)
+            out[n++] = (unsigned char)(held >> (bits -= 8));
+    }
+    return n;
+}
+
+static void check_screenshot(browser *b)
+{
+    png_image picture = { .version = PNG_IMAGE_VERSION };
+    assert_true(browser_call(b, "Page.captureScreenshot", "{\"format\":\"png\"}"));
+    char *data = strstr(b->reply, "\"data\":\"");
+    assert_non_null(data);
+    unsigned char *bytes = malloc(strlen(data));
+    size_t size = from_base64(data + 8, bytes);
+    assert_true(png_image_begin_read_from_memory(&picture, bytes, size));
+    picture.format = PNG_FORMAT_RGB;
+    unsigned char *rgb = malloc(PNG_IMAGE_SIZE(picture));
+    assert_true(png_image_finish_read(&picture, NULL, rgb, 0, NULL));
+    assert_true(picture.width >= 1000 && picture.height >= 700);
+    assert_true(distinct_colours(rgb, (size_t)picture.width * picture.height) > 12);
+    free(rgb);
+    free(bytes);
+}
+
+static void expect(browser *b, const char *expression, const char *expected)
+{
+    char value[256];
+    browser_evaluate(b, expression, value, sizeof value);
+    if (strcmp(value, expected))
+        fail_msg("%s: '%s', expected '%s'", expression, value, expected);
+}
+
+/* Everything is drawn; pointing at a mark shows its row, clicking it marks it, another click selects another error. */
+static void the_page_works_in_a_browser(void **state)
+{
+    const char *program = browser_program();
+    char page[256], place[64];
+    double x, y;
+    browser b;
+    (void)state;
+    if (!program) {
+        print_message("Chromium is not installed (apt-get install chromium)\n");
+        skip();
+    }
+    snprintf(page, sizeof page, "%s/out/report.html", folder);
+    if (!browser_open(&b, program, folder, page))
+        fail_msg("%s does not open the page", program);
+    expect(&b, "String(document.querySelectorAll('#rows tbody tr').length)", "6");
+    expect(&b, "String(document.querySelectorAll('#front .mark').length)", "5");
+    expect(&b, "String(document.querySelector('#pareto').points.length > 0)", "true");
+    expect(&b, "String(document.querySelectorAll('#passes .bar').length)", "3");
+    expect(&b, "String(document.querySelectorAll('#curves polyline').length >= 5)", "true");
+    expect(&b, "String([...document.images].filter(i => i.naturalWidth == 96).length)", "8");
+    expect(&b, "String(document.querySelectorAll('#memory tbody tr').length)", "3");
+    browser_evaluate(&b, "(() => { const m = document.querySelector('circle.mark').getBoundingClientRect();"
+                         " return (m.left + m.width / 2) + ' ' + (m.top + m.height / 2); })()", place, sizeof place);
+    assert_int_equal(sscanf(place, "%lf %lf", &x, &y), 2);
+    assert_true(browser_mouse(&b, "mouseMoved", x, y));
+    expect(&b, "getComputedStyle(document.querySelector('#tip')).display + String(document.querySelector('#tip').textContent.includes(' ms '))", "blocktrue");
+    assert_true(browser_click(&b, x, y));
+    expect(&b, "String(document.querySelectorAll('#front .mark.chosen').length)", "1");
+    expect(&b, "String(document.querySelectorAll('#rows tr.chosen').length)", "1");
+    check_screenshot(&b);
+    browser_evaluate(&b, "(() => { const m = document.querySelector('[data-value=rest_flicker]').getBoundingClientRect();"
+                         " return (m.left + 5) + ' ' + (m.top + 5); })()", place, sizeof place);
+    assert_int_equal(sscanf(place, "%lf %lf", &x, &y), 2);
+    assert_true(browser_click(&b, x, y));
+    expect(&b, "state.error", "rest_flicker");
+    browser_close(&b);
+}
+
+int main(void)
+{
+    gpu g;
+    char reason[256];
+    const gpu_desc device = { 0, false, false };
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(every_method_and_baseline_is_a_row),
+        cmocka_unit_test(numbers_are_plausible),
+        cmocka_unit_test(a_second_run_measures_nothing_again),
+        cmocka_unit_test(half_written_and_other_groups_are_measured_again),
+        cmocka_unit_test(misuse_is_named),
+        cmocka_unit_test(the_page_needs_no_network),
+        cmocka_unit_test(the_page_works_in_a_browser),
+    };
+    if (!gpu_open(&g, &device, reason, sizeof reason)) {
+        printf("test_report: 0 passed, 0 failed, %d skipped\nskip all: %s\n", (int)(sizeof tests / sizeof *tests), reason);
+        return 0;
+    }
+    gpu_close(&g);
+    return cmocka_run_group_tests(tests, measure_once, clean_up);
+}
