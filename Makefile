@@ -6,6 +6,7 @@
 #                    NRD_BUILD=build/gpu tests/run.sh test_gpu test_vk. tracer=1 adds nrd-render (60 MB)
 # make report        build/report/report.html: error against run time of all denoisers, within the hour; QUICK=1: 3 minutes into
 #                    build/report-quick; REPORT='...' adds options of nrd-report
+# make tune          searches settings and shader constants of DENOISER (reblur_diffuse); TUNE='...' adds options of nrd-tune
 # Others: spv shared check examples format clean.
 # Options: config=release|debug|sanitize, werror=1, V=1 (shows commands); own settings: Makefile.config (untracked).
 config ?= release
@@ -42,7 +43,7 @@ tests    := $(patsubst tests/%.c,$B/tests/%,$(wildcard tests/test_*.c))
 archives := $B/libreport.a $B/libtracer.a $B/libexamples.a
 gpu      := $(patsubst $B/%,$B/gpu/%,$(filter-out $(if $(tracer),,%/nrd-render %/test_tracer),$(programs) $(tests)))
 
-.PHONY: all spv shared test check examples demo report dist gpu format clean
+.PHONY: all spv shared test check examples demo report tune dist gpu format clean
 .DELETE_ON_ERROR:
 .SECONDARY:
 
@@ -62,16 +63,35 @@ $(spv): $B/spv/%.spv: nrd_shaders/modules.txt nrd_shaders/common/nrd_shared.glsl
 	$Qset -- $$(grep '^$* ' $<) && file=nrd_shaders/$$2 && shift 2 && $(GLSL) $(if $(filter release,$(config)),-Os) "$$@" $$file -o $@
 	@$(end_deps)
 
-$B/nrd_spirv.h: $(spv)
+# All modules as C arrays: folder of the .spv files, how the arrays are qualified.
+define spirv_header
 	@{ echo '/* All passes as SPIR-V; generated from nrd_shaders/. */'; \
 	echo '#ifndef NRD_SPIRV_H'; echo '#define NRD_SPIRV_H'; echo '#include <stdint.h>'; \
 	echo 'typedef struct nrd_spirv { const char *name; const uint32_t *words; uint32_t size_bytes; } nrd_spirv;'; \
-	for m in $(modules); do echo "static const uint32_t $${m}_words[] = {"; \
-	    od -An -v -tx4 -w32 $B/spv/$$m.spv | sed 's/ \([0-9a-f]*\)/0x\1,/g'; echo '};'; done; \
+	for m in $(modules); do echo "static $2uint32_t $${m}_words[] = {"; \
+	    od -An -v -tx4 -w32 $1/$$m.spv | sed 's/ \([0-9a-f]*\)/0x\1,/g'; echo '};'; done; \
 	echo 'static const nrd_spirv nrd_spirv_table[] = {'; \
 	for m in $(modules); do echo "    { \"$$m\", $${m}_words, sizeof $${m}_words },"; done; echo '};'; \
 	echo 'static const uint32_t nrd_spirv_count = sizeof nrd_spirv_table / sizeof nrd_spirv_table[0];'; \
 	echo '#endif'; } > $@
+endef
+$B/nrd_spirv.h: $(spv)
+	$(call spirv_header,$B/spv,const )
+
+# Tuning build: the named float constants of the families become specialization constants, ids from 100 on, in copies of the
+# shaders; those with six digits or more are mathematics and stay.
+shaders := $(wildcard nrd_shaders/*.* nrd_shaders/*/*.*)
+$B/tune/nrd_spirv.h: $(shaders) Makefile
+	@echo "tune glsl"; rm -rf $B/tune/src && mkdir -p $B/tune/src && cp -R nrd_shaders/. $B/tune/src && \
+	    cat nrd_shaders/*/* > $B/tune/names
+	$Qfor f in $$(cd nrd_shaders && ls */* | grep -v ^common/); do awk -v file=$$f 'BEGIN { id = 100 } \
+	    FNR == NR { if (/^const float [A-Z0-9_]+ = -?[0-9.e-]+;/ && !($$3 in ids)) ids[$$3] = id++; next } \
+	    /^const float [A-Z0-9_]+ = -?[0-9.e-]+;/ { digits = $$5; gsub(/[^0-9]/, "", digits); \
+	        if (length(digits) < 6) $$0 = "layout(constant_id = " ids[$$3] ") " $$0 } { print }' \
+	    $B/tune/names nrd_shaders/$$f > $B/tune/src/$$f || exit 1; done
+	$Qmkdir -p $B/tune/spv && for m in $(modules); do set -- $$(grep "^$$m " nrd_shaders/modules.txt) && file=$B/tune/src/$$2 && shift 2 && \
+	    glslangValidator --quiet -V --target-env vulkan1.1 -I$B/tune/src "$$@" $$file -o $B/tune/spv/$$m.spv || exit 1; done
+	$(call spirv_header,$B/tune/spv)
 
 $B/trace_spv.h: examples/tracer/trace.comp
 $B/spatial_spv.h: examples/report/spatial.comp
@@ -102,6 +122,9 @@ $B/obj/%.o: %.c Makefile | $(embedded)
 	$Q$(CC) $(ALL_CFLAGS) -MMD -MP $(INCLUDES) -c $< -o $@
 
 $B/libexamples.a: $(call objects,examples/common/*.c examples/raygen/*.c)
+$B/obj/examples/nrd_tune.o: INCLUDES := -I$B/tune $(INCLUDES)
+$B/obj/examples/nrd_tune.o: $B/tune/nrd_spirv.h
+
 $B/libreport.a: $(call objects,examples/report/*.c)
 $B/libtracer.a: $(call objects,examples/scenes/*.c examples/tracer/*.c)
 $(archives):
@@ -145,6 +168,10 @@ demo:
 
 report: $B/nrd-report
 	@$B/nrd-report $B/report$(if $(QUICK),-quick --quick) $(REPORT)
+
+DENOISER ?= reblur_diffuse
+tune: $B/nrd-tune
+	@$B/nrd-tune $(DENOISER) $B/report-quick $(TUNE)
 
 dist: $B/nrd_spirv.h
 	@rm -rf $B/nrd-sdk && mkdir -p $B/nrd-sdk

@@ -11,7 +11,6 @@
 #include "common/gpu.h"
 #include "report/output.h"
 #include "report/report.h"
-#include "scenes/scenes.h"
 
 #include <errno.h>
 #include <math.h>
@@ -38,21 +37,6 @@ static const char usage[] =
     "  --ref SPP          samples per pixel of references, default 96 on a CPU, 1024 on a GPU\n"
     "  --repeats N        timed frames, default 24\n"
     "  --device N         Vulkan device, default: the first\n";
-
-/* No mesh importer in this program: it runs where none is installed. */
-bool scene_build_model(scene *s, const char *model, char *error, size_t error_size)
-{
-    (void)s;
-    (void)model;
-    snprintf(error, error_size, "the scene 'model' needs a mesh, which only nrd-render reads");
-    return false;
-}
-
-void scene_animate_model(scene *s, float time_s)
-{
-    (void)s;
-    (void)time_s;
-}
 
 /* ---- options ---- */
 

@@ -3,6 +3,7 @@
 
 #include "common/cli.h"
 #include "report/statistics.h"
+#include "scenes/scenes.h"
 #include "tracer/tracer_capture.h"
 #include "tracer/tracer_vulkan.h"
 
@@ -13,6 +14,21 @@
 
 enum { CHUNK = 8, EXTRA_SEED = 1000, PROBES = 3 };
 #define FRAMES_PER_SECOND 30.0f
+
+/* In place of the mesh importer, so that the programs run where none is installed. */
+bool scene_build_model(scene *s, const char *model, char *error, size_t error_size)
+{
+    (void)s;
+    (void)model;
+    snprintf(error, error_size, "the scene 'model' needs a mesh, which only nrd-render reads");
+    return false;
+}
+
+void scene_animate_model(scene *s, float time_s)
+{
+    (void)s;
+    (void)time_s;
+}
 
 static size_t texels_of(const sequence *s)
 {
