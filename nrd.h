@@ -326,6 +326,25 @@ NRD_DECL const char *nrd_preset_name(nrd_preset preset);                        
 NRD_DECL void nrd_settings_preset(nrd_denoiser denoiser, nrd_preset preset, void *settings);     /* fills the denoiser's settings struct */
 NRD_DECL nrd_reblur_settings nrd_reblur_preset(nrd_preset preset);
 
+/* Classes of devices: X(name, what was measured) */
+#define NRD_DEVICES(X) X(DATACENTER, "NVIDIA H100 or H200") X(CPU, "lavapipe, two cores")
+typedef enum nrd_device {
+#define NRDI_X(name, text) NRD_DEVICE_##name,
+    NRD_DEVICES(NRDI_X)
+#undef NRDI_X
+    NRD_DEVICE_COUNT
+} nrd_device;
+
+typedef struct nrd_suggestion {
+    nrd_preset preset;
+    float milliseconds; /* of device time that it takes, about */
+    float error;        /* trimmed relMSE in motion at one path per pixel, geometric mean over scenes and signals */
+} nrd_suggestion;
+/* The preset of least measured error whose time fits the budget (milliseconds, above 0) for width x height pixels; the fastest one where
+   none fits: compare out->milliseconds. For a device of another class scale the budget by how much faster or slower the default preset
+   runs there. NRD_RESULT_UNKNOWN_DENOISER: not measured on this class. */
+NRD_DECL nrd_result nrd_suggest(nrd_denoiser denoiser, nrd_device device, uint32_t width, uint32_t height, float budget_ms, nrd_suggestion *out);
+
 /* ---------------------------------------------------------------------------------------------------------------------------
    Instance  >>instance */
 typedef struct nrd nrd;
@@ -787,6 +806,37 @@ void nrd_settings_preset(nrd_denoiser denoiser, nrd_preset preset, void *setting
 }
 
 nrd_reblur_settings nrd_reblur_preset(nrd_preset preset) { nrd_reblur_settings s; nrd_settings_preset(NRD_DENOISER_REBLUR_DIFFUSE, preset, &s); return s; }
+
+/* What examples/report/publish.sh has taken from reports: denoiser, preset, device, nanoseconds per pixel, error. */
+typedef struct nrdi_cost { nrd_denoiser denoiser; nrd_preset preset; nrd_device device; float ns_per_pixel, error; } nrdi_cost;
+#define NRDI_COST(denoiser, preset, device, ns, error) { NRD_DENOISER_##denoiser, NRD_PRESET_##preset, NRD_DEVICE_##device, ns, error },
+static const nrdi_cost nrdi_costs[] = {
+    /* >>costs begin */
+    NRDI_COST(REBLUR_DIFFUSE, FASTEST, CPU, 294.6f, 0.05757f)
+    NRDI_COST(REBLUR_DIFFUSE, FAST, CPU, 540.0f, 0.05746f)
+    NRDI_COST(REBLUR_DIFFUSE, BALANCED, CPU, 1039.0f, 0.02216f)
+    NRDI_COST(REFERENCE, BALANCED, CPU, 81.09f, 0.1206f)
+    /* >>costs end */
+};
+
+nrd_result nrd_suggest(nrd_denoiser denoiser, nrd_device device, uint32_t width, uint32_t height, float budget_ms, nrd_suggestion *out)
+{
+    const nrdi_cost *best = NULL, *fastest = NULL;
+    float allowed = budget_ms * 1e6f / ((float)width * (float)height);
+    if (!out || !width || !height || !(budget_ms > 0) || (uint32_t)device >= NRD_DEVICE_COUNT) return NRD_RESULT_INVALID_ARGUMENT;
+    for (size_t i = 0; i < sizeof nrdi_costs / sizeof nrdi_costs[0]; i++) {
+        const nrdi_cost *c = &nrdi_costs[i];
+        if (c->denoiser != denoiser || c->device != device) continue;
+        if (!fastest || c->ns_per_pixel < fastest->ns_per_pixel) fastest = c;
+        if (c->ns_per_pixel <= allowed && (!best || c->error < best->error)) best = c;
+    }
+    if (!best) best = fastest;
+    if (!best) return NRD_RESULT_UNKNOWN_DENOISER;
+    out->preset = best->preset;
+    out->milliseconds = best->ns_per_pixel * (float)width * (float)height * 1e-6f;
+    out->error = best->error;
+    return NRD_RESULT_OK;
+}
 
 nrd_frame nrd_frame_defaults(void) { nrd_frame frame; nrd_settings_defaults(NRD_DENOISER_COUNT, &frame); return frame; }
 nrd_reference_settings nrd_reference_defaults(void) { nrd_reference_settings s; nrd_settings_defaults(NRD_DENOISER_REFERENCE, &s); return s; }

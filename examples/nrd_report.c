@@ -24,7 +24,7 @@ static const char usage[] =
     "usage: nrd-report OUT/ [options]\n"
     "Writes report.html, report.csv and report.json to OUT/, a table to stdout. Groups that are measured already are kept:\n"
     "an interrupted run goes on where it stopped.\n"
-    "  --quick            two scenes, few frames, small pictures: minutes\n"
+    "  --quick            two scenes, one path per pixel, few frames, small pictures: minutes\n"
     "  --scenes LIST      default: all but the one that needs a mesh\n"
     "  --denoisers LIST   default: all\n"
     "  --presets LIST     default: all\n"
@@ -32,9 +32,9 @@ static const char usage[] =
     "  --paths LIST       per pixel and lobe, 0.05 to 1 or a whole number up to 8; default 0.25,0.5,1,2,4\n"
     "  --sizes LIST       WxH of the pictures, default 240x135 on a CPU, 640x360 on a GPU\n"
     "  --time-size WxH    at which times are taken, default: that of the pictures on a CPU, 1920x1080 on a GPU\n"
-    "  --frames M,R,L     frames in motion, at rest, after the light step; default 16,12,10\n"
+    "  --frames M,R,L     frames in motion, at rest, after the light step; default 12,8,10 on a CPU, 24,16,16 on a GPU\n"
     "  --pairs N          pairs of frames in motion that are compared with a reference, default 2\n"
-    "  --ref SPP          samples per pixel of references, default 96 on a CPU, 1024 on a GPU\n"
+    "  --ref SPP          samples per pixel of references, default 64 on a CPU, 1024 on a GPU\n"
     "  --repeats N        timed frames, default 24\n"
     "  --device N         Vulkan device, default: the first\n";
 
@@ -203,15 +203,15 @@ static bool set_defaults(report *r, bool quick)
         o->presets[i] = (nrd_preset)i;
     o->preset_count = o->preset_count ? o->preset_count : NRD_PRESET_COUNT;
     if (ok && !o->path_count)
-        ok = each_word(r, quick ? "0.25,1" : "0.25,0.5,1,2,4", take_paths);
+        ok = each_word(r, quick ? "1" : "0.25,0.5,1,2,4", take_paths);
     if (ok && !o->size_count)
         ok = each_word(r, !cpu ? "640x360" : quick ? "160x90" : "240x135", take_size);
     if (!o->time_size.width && !cpu)
         o->time_size = (report_size){ 1920, 1080 };
     if (!o->moving)
-        ok = ok && take_frames(r, quick ? "10,8,8" : "16,12,10");
+        ok = ok && take_frames(r, quick ? "10,8,8" : cpu ? "12,8,10" : "24,16,16");
     o->pairs = o->pairs ? o->pairs : quick ? 1 : 2;
-    o->samples = (o->samples ? o->samples : !cpu ? 1024 : quick ? 64 : 96) / 2 * 2;
+    o->samples = (o->samples ? o->samples : cpu ? 64 : 1024) / 2 * 2;
     o->repeats = o->repeats ? o->repeats : quick ? 8 : 24;
     if (ok && 2 * o->pairs > o->moving)
         ok = report_fail(r, "--pairs: %d pairs do not fit into %d frames", o->pairs, o->moving);

@@ -3,6 +3,7 @@
 #include "report/baseline.h"
 #include "report/crops.h"
 #include "report/method.h"
+#include "report/parallel.h"
 #include "report/score.h"
 #include "report/sequence.h"
 
@@ -23,7 +24,7 @@ typedef struct track {
     int radius;      /* TRACK_SPATIAL */
     double ms;
     double paths;    /* traced per pixel */
-    image sum;       /* TRACK_PATHS, in one frame */
+    image picture;   /* of this frame, until it is scored */
     score score;
 } track;
 
@@ -39,6 +40,7 @@ typedef struct measurement {
     truth truths[SIGNAL_COUNT];
     bool wanted[SIGNAL_COUNT];
     capture first, timed, then, now;
+    int frame;
     double trace_ms, path_ms;
 } measurement;
 
@@ -51,7 +53,7 @@ static bool open_method(measurement *m, const method *described, signal_id signa
     method *added = &m->methods[m->method_count++];
     *added = *described;
     added->desc.reference_signal = signal;
-    return method_time(m->r, added, &m->timed) && method_open(m->r, added, &m->first);
+    return method_open(m->r, added, &m->first) && method_time(m->r, added, &m->timed);
 }
 
 /* Those that average any signal do so for all that others write, once these are known. */
@@ -155,45 +157,30 @@ static bool add_tracks(measurement *m)
     return true;
 }
 
-/* ---- one frame ---- */
+/* ---- pictures of one frame ---- */
 
-static bool add_score(measurement *m, track *t, int frame, image *picture)
-{
-    const capture *then = m->then.plane_count ? &m->then : NULL;
-    bool ok = score_add(&t->score, &m->truths[t->signal], &m->r->options, frame, then, &m->now, picture);
-    image_destroy(picture);
-    return ok || report_fail(m->r, "out of memory");
-}
-
-static bool score_method(measurement *m, int index, int frame, bool crops)
+static bool take_denoised(measurement *m, int index, bool crops)
 {
     capture out;
     bool ok = method_frame(m->r, &m->methods[index], &m->now, &out);
     for (int i = 0; i < m->track_count && ok; i++) {
         track *t = &m->tracks[i];
-        image picture;
         if (t->kind != TRACK_DENOISER || t->method != index)
             continue;
-        if (!signal_get(&m->now, &out, t->signal, SOURCE_DENOISED, &picture))
+        if (!signal_get(&m->now, &out, t->signal, SOURCE_DENOISED, &t->picture))
             ok = report_fail(m->r, "out of memory");
         if (ok && crops && m->methods[index].is_default)
-            ok = crops_write(m->r, &m->seq.group, nrd_denoiser_name(m->methods[index].denoiser), &m->truths[t->signal], &m->now, &picture);
-        ok = ok && add_score(m, t, frame, &picture);
+            ok = crops_write(m->r, &m->seq.group, nrd_denoiser_name(m->methods[index].denoiser), &m->truths[t->signal], &m->now, &t->picture);
     }
     capture_destroy(&out);
     return ok;
 }
 
-static bool score_input(measurement *m, track *t, int frame)
+static bool take_input(measurement *m, track *t)
 {
-    image picture;
-    if (!signal_get(&m->now, NULL, t->signal, SOURCE_NOISY, &picture))
+    if (!signal_get(&m->now, NULL, t->signal, SOURCE_NOISY, &t->picture))
         return report_fail(m->r, "out of memory");
-    if (t->kind == TRACK_SPATIAL && !baseline_filter(&m->base, t->radius, &picture)) {
-        image_destroy(&picture);
-        return report_fail(m->r, "%s", gpu_error(m->base.g));
-    }
-    return add_score(m, t, frame, &picture);
+    return t->kind != TRACK_SPATIAL || baseline_filter(&m->base, t->radius, &t->picture) || report_fail(m->r, "%s", gpu_error(m->base.g));
 }
 
 /* ---- more paths instead ---- */
@@ -214,7 +201,7 @@ static void add_path(track *t, const image *one, int number, int frame)
     for (size_t i = 0; i < image_pixels(one); i++) {
         int count = whole + (random_of(i, frame) < t->paths - whole);
         for (int k = 0; k < one->channels && number < count; k++)
-            t->sum.planes[k][i] += one->planes[k][i] / (float)(whole ? count : t->paths);
+            t->picture.planes[k][i] += one->planes[k][i] / (float)(whole ? count : t->paths);
     }
 }
 
@@ -229,7 +216,7 @@ static bool add_extra(measurement *m, int frame, int number)
             continue;
         if (!signal_get(&extra, NULL, t->signal, SOURCE_NOISY, &one))
             ok = report_fail(m->r, "out of memory");
-        else if (!t->sum.channels && !image_create(&t->sum, one.width, one.height, one.channels))
+        else if (!t->picture.channels && !image_create(&t->picture, one.width, one.height, one.channels))
             ok = report_fail(m->r, "out of memory");
         else
             add_path(t, &one, number, frame);
@@ -239,7 +226,7 @@ static bool add_extra(measurement *m, int frame, int number)
     return ok;
 }
 
-static bool score_paths(measurement *m, int frame)
+static bool take_paths(measurement *m, int frame)
 {
     double most = 0;
     bool ok = true;
@@ -248,28 +235,40 @@ static bool score_paths(measurement *m, int frame)
             most = fmax(most, m->tracks[i].paths);
     for (int number = 0; number < ceil(most) && ok; number++)
         ok = add_extra(m, frame, number);
-    for (int i = 0; i < m->track_count && ok; i++) {
-        track *t = &m->tracks[i];
-        if (t->kind == TRACK_PATHS)
-            ok = add_score(m, t, frame, &t->sum);
-    }
     return ok;
+}
+
+/* ---- one frame ---- */
+
+static bool take_pictures(measurement *m, int frame)
+{
+    const report_options *o = &m->r->options;
+    bool ok = true;
+    for (int i = 0; i < m->method_count && ok; i++)
+        ok = take_denoised(m, i, frame == o->moving - 1 && crops_wanted(o, &m->seq.group));
+    for (int i = 0; i < m->track_count && ok; i++)
+        if (m->tracks[i].kind == TRACK_NOISY || m->tracks[i].kind == TRACK_SPATIAL)
+            ok = take_input(m, &m->tracks[i]);
+    return ok && (frame >= o->moving || !sequence_has_reference(o, frame) || take_paths(m, frame));
+}
+
+static bool score_track(void *user, int i)
+{
+    measurement *m = user;
+    track *t = &m->tracks[i];
+    return !t->picture.channels
+        || score_add(&t->score, &m->truths[t->signal], &m->r->options, m->frame, m->then.plane_count ? &m->then : NULL, &m->now, &t->picture);
 }
 
 static bool score_frame(measurement *m, int frame)
 {
-    const report_options *o = &m->r->options;
     const capture *then = m->then.plane_count ? &m->then : NULL;
-    bool ok = true, in_motion = frame < o->moving;
+    bool ok = true;
+    m->frame = frame;
     for (int s = 0; s < SIGNAL_COUNT && ok; s++)
         if (m->wanted[s])
-            ok = truth_advance(&m->truths[s], o, frame, then, &m->now) || report_fail(m->r, "out of memory");
-    for (int i = 0; i < m->method_count && ok; i++)
-        ok = score_method(m, i, frame, frame == o->moving - 1 && crops_wanted(o, &m->seq.group));
-    for (int i = 0; i < m->track_count && ok; i++)
-        if (m->tracks[i].kind == TRACK_NOISY || m->tracks[i].kind == TRACK_SPATIAL)
-            ok = score_input(m, &m->tracks[i], frame);
-    return ok && (!in_motion || !sequence_has_reference(o, frame) || score_paths(m, frame));
+            ok = truth_advance(&m->truths[s], &m->r->options, frame, then, &m->now) || report_fail(m->r, "out of memory");
+    return ok && take_pictures(m, frame) && (parallel_each(m->track_count, score_track, m) || report_fail(m->r, "out of memory"));
 }
 
 static bool run_frames(measurement *m, int done, int total)
@@ -403,7 +402,7 @@ static void release(measurement *m)
 {
     for (int i = 0; i < m->track_count; i++) {
         score_free(&m->tracks[i].score);
-        image_destroy(&m->tracks[i].sum);
+        image_destroy(&m->tracks[i].picture);
     }
     for (int i = 0; i < m->method_count; i++)
         method_close(&m->methods[i]);

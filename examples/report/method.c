@@ -135,26 +135,6 @@ static bool open_denoiser(report *r, method *m, const capture *first, capture *o
     return m->d && method_frame(r, m, first, out);
 }
 
-bool method_time(report *r, method *m, const capture *frame)
-{
-    capture steady = *frame, out = { 0 };
-    timings *t = calloc(1, sizeof *t);
-    steady.cut = 0;
-    bool ok = (t || report_fail(r, "out of memory")) && open_denoiser(r, m, &steady, &out) && run_timed(r, m, &steady, t);
-    capture_destroy(&out);
-    if (ok) {
-        m->ms = quartiles(t->totals, t->count, &m->low, &m->high);
-        for (int i = 0; i < m->pass_count; i++)
-            m->passes[i].ms = quartiles(t->passes[i], t->count, &m->passes[i].low, &m->passes[i].high);
-        m->bytes = denoise_bytes_moved(m->d, &steady);
-        m->permanent_bytes = (double)denoise_info(m->d)->permanent_bytes;
-        m->transient_bytes = (double)denoise_info(m->d)->transient_bytes;
-    }
-    method_close(m);
-    free(t);
-    return ok;
-}
-
 /* ---- frames ---- */
 
 bool method_frame(report *r, method *m, const capture *frame, capture *out)
@@ -185,6 +165,42 @@ bool method_open(report *r, method *m, const capture *first)
     capture_destroy(&out);
     snprintf(r->device, sizeof r->device, "%s", denoise_device_name(m->d));
     return true;
+}
+
+static bool measure(report *r, method *m, const capture *frame)
+{
+    timings *t = calloc(1, sizeof *t);
+    bool ok = t ? run_timed(r, m, frame, t) : report_fail(r, "out of memory");
+    if (ok) {
+        m->ms = quartiles(t->totals, t->count, &m->low, &m->high);
+        for (int i = 0; i < m->pass_count; i++)
+            m->passes[i].ms = quartiles(t->passes[i], t->count, &m->passes[i].low, &m->passes[i].high);
+        m->bytes = denoise_bytes_moved(m->d, frame);
+        m->permanent_bytes = (double)denoise_info(m->d)->permanent_bytes;
+        m->transient_bytes = (double)denoise_info(m->d)->transient_bytes;
+    }
+    free(t);
+    return ok;
+}
+
+/* The open denoiser is timed where the size is its own, else one opened for that. */
+bool method_time(report *r, method *m, const capture *frame)
+{
+    const nrd_info *info = denoise_info(m->d);
+    capture steady = *frame, out;
+    denoise *open = m->d;
+    uint32_t index = m->index;
+    steady.cut = 0;
+    if ((int)info->width == frame->width && (int)info->height == frame->height)
+        return measure(r, m, &steady);
+    bool ok = open_denoiser(r, m, &steady, &out);
+    if (ok)
+        capture_destroy(&out);
+    ok = ok && measure(r, m, &steady);
+    denoise_destroy(m->d);
+    m->d = open;
+    m->index = index;
+    return ok;
 }
 
 void method_close(method *m)

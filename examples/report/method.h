@@ -30,11 +30,11 @@ bool method_describe(report *r, nrd_denoiser denoiser, nrd_preset preset, const 
 /* Does the denoiser average whatever it is given? Then it runs once for each signal. */
 bool method_takes_any_signal(const method *m, const capture *first);
 
-/* Measures time and memory on a frame in the middle of a shot. */
-bool method_time(report *r, method *m, const capture *frame);
-
 /* Opens the denoiser and finds out what it writes. */
 bool method_open(report *r, method *m, const capture *first);
+
+/* Measures time and memory on a frame in the middle of a shot, of any size. What follows must begin with a cut. */
+bool method_time(report *r, method *m, const capture *frame);
 void method_close(method *m);
 
 bool method_frame(report *r, method *m, const capture *frame, capture *out);

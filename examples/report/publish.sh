@@ -1,0 +1,75 @@
+#!/bin/sh
+# publish.sh REPORT...: takes finished reports (folders of nrd-report, one per device) into nrd.h (what nrd_suggest knows) and
+# into README.md (table and chart, examples/report.svg). Everything between the marks is replaced; run from the repository root.
+set -eu
+[ $# -gt 0 ] || { echo "usage: examples/report/publish.sh REPORT..." >&2; exit 2; }
+for folder in "$@"; do
+    [ -f "$folder/report.csv" ] || { echo "publish: $folder/report.csv is not there" >&2; exit 1; }
+done
+work=$(mktemp -d)
+trap 'rm -rf "$work"' EXIT
+
+# One line per device, denoiser and preset (or baseline) at one path per pixel: geometric means over scenes and signals.
+# device|class|size|kind|denoiser|preset|ns per pixel|ms|motion|rest|flicker|flip|copy share
+for folder in "$@"; do
+    awk '
+    NR == 1 { n = split($0, names, ","); for (i = 1; i <= n; i++) column[names[i]] = i; next }
+    { match($0, /^"[^"]*"/); device = substr($0, 2, RLENGTH - 2); $0 = "x" substr($0, RLENGTH + 1); split($0, v, ",")
+      if (v[column["paths"]] != 1) next
+      key = v[column["kind"]] "|" v[column["denoiser"]] "|" v[column["preset"]]
+      if (!(key in rows)) order[++keys] = key
+      rows[key]++
+      class = device ~ /llvmpipe/ ? "CPU" : device ~ /H[12]00/ ? "DATACENTER" : ""
+      size = v[column["time_width"]] "x" v[column["time_height"]]
+      m = split("ns_per_pixel ms motion_trimmed rest_trimmed rest_flicker motion_flip copy_share", wanted, " ")
+      for (i = 1; i <= m; i++) if (v[column[wanted[i]]] > 0) { sum[key, i] += log(v[column[wanted[i]]]); used[key, i]++ } }
+    END { for (k = 1; k <= keys; k++) { key = order[k]; line = device "|" class "|" size "|" key
+          for (i = 1; i <= m; i++) line = line "|" (used[key, i] ? sprintf("%.4g", exp(sum[key, i] / used[key, i])) : "")
+          print line } }' "$folder/report.csv" >> "$work/rows"
+done
+if ! cut -d'|' -f2 "$work/rows" | grep -q .; then
+    echo "publish: the device is of no class that nrd.h knows: $(cut -d'|' -f1 "$work/rows" | sort -u)" >&2
+    exit 1
+fi
+
+# Replaces what lies between "$2 begin" and "$2 end" in file $1 by file $3.
+replace() {
+    grep -q "$2 begin" "$1" && grep -q "$2 end" "$1" || { echo "publish: $1 has no marks '$2 begin' and '$2 end'" >&2; exit 1; }
+    awk -v mark="$2" -v with="$3" '
+    index($0, mark " end") { skip = 0 }
+    !skip { print }
+    index($0, mark " begin") { while ((getline line < with) > 0) print line; skip = 1 }' "$1" > "$work/new"
+    cat "$work/new" > "$1"
+}
+
+awk -F'|' '$4 == "denoiser" && $2 != "" && $9 > 0 && ("," "fastest,fast,balanced,good,best" ",") ~ "," $6 "," {
+    printf "    NRDI_COST(%s, %s, %s, %sf, %sf)\n", toupper($5), toupper($6), $2, $7 ~ /[.e]/ ? $7 : $7 ".0", $9 ~ /[.e]/ ? $9 : $9 ".0" }' "$work/rows" > "$work/costs"
+replace nrd.h ">>costs" "$work/costs"
+
+awk -F'|' '
+$1 != device { device = $1; printf "%s%s, times at %s\n\n| | ms | ns/px | relMSE in motion | at rest | flicker at rest | FLIP | copy / time |\n|---|---|---|---|---|---|---|---|\n", (NR > 1 ? "\n" : ""), $1, $3 }
+{ name = $4 == "denoiser" ? "`" $5 "` " $6 : $4 ($5 != "" ? " instead of `" $5 "`" : " input")
+  printf "| %s | %s | %s | %s | %s | %s | %s | %s |\n", name, $8, $7, $9, $10, $11, $12, $13 }' "$work/rows" > "$work/table"
+replace README.md "<!-- report" "$work/table"
+
+# The chart: error against nanoseconds per pixel, both logarithmic, one colour per device.
+awk -F'|' '
+function lx(x) { return 70 + (log(x) - x0) / (x1 - x0) * 620 }
+function ly(y) { return 330 - (log(y) - y0) / (y1 - y0) * 290 }
+function least(a, b) { return a < b ? a : b }
+$7 > 0 && $9 > 0 { n++; device[n] = $1; kind[n] = $4; x[n] = $7; y[n] = $9; name[n] = $4 == "denoiser" ? $5 " " $6 : $4 ($5 != "" ? " / " $5 : "") }
+END {
+    x0 = y0 = 1e9; x1 = y1 = -1e9
+    for (i = 1; i <= n; i++) { x0 = least(x0, log(x[i] / 1.6)); x1 = -least(-x1, -log(x[i] * 4)); y0 = least(y0, log(y[i] / 1.5)); y1 = -least(-y1, -log(y[i] * 1.5)) }
+    print "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 720 380\" font-family=\"sans-serif\" font-size=\"11\">"
+    print "<rect width=\"720\" height=\"380\" fill=\"#fff\"/><rect x=\"70\" y=\"40\" width=\"620\" height=\"290\" fill=\"none\" stroke=\"#ccc\"/>"
+    for (e = -4; e <= 6; e++) for (k = 1; k <= 5; k += k == 2 ? 3 : 1) { t = k * exp(e * log(10))
+        if (log(t) > x0 && log(t) < x1) printf "<line x1=\"%.1f\" x2=\"%.1f\" y1=\"40\" y2=\"330\" stroke=\"#eee\"/><text x=\"%.1f\" y=\"345\" text-anchor=\"middle\" fill=\"#666\">%g</text>\n", lx(t), lx(t), lx(t), t
+        if (log(t) > y0 && log(t) < y1) printf "<line y1=\"%.1f\" y2=\"%.1f\" x1=\"70\" x2=\"690\" stroke=\"#eee\"/><text x=\"64\" y=\"%.1f\" text-anchor=\"end\" fill=\"#666\">%g</text>\n", ly(t), ly(t), ly(t) + 4, t }
+    split("#0b62c4 #c4420b #1d8a4a #8a3ab9", colours, " ")
+    for (i = 1; i <= n; i++) {
+        if (!(device[i] in hue)) { hue[device[i]] = colours[++hues]; printf "<text x=\"%d\" y=\"28\" fill=\"%s\">%s</text>\n", 70 + 310 * (hues - 1), hue[device[i]], device[i] }
+        printf "<circle cx=\"%.1f\" cy=\"%.1f\" r=\"4\" stroke=\"%s\" fill=\"%s\"/><text x=\"%.1f\" y=\"%.1f\" fill=\"#333\">%s</text>\n", lx(x[i]), ly(y[i]), hue[device[i]], kind[i] == "denoiser" ? hue[device[i]] : "#fff", lx(x[i]) + 7, ly(y[i]) + 4, name[i] }
+    print "<text x=\"380\" y=\"368\" text-anchor=\"middle\">nanoseconds per pixel</text><text x=\"70\" y=\"12\">trimmed relMSE in motion, one path per pixel; lower left is better; hollow: baselines</text></svg>"
+}' "$work/rows" > examples/report.svg
+echo "publish: $(wc -l < "$work/costs") presets in nrd.h, $(wc -l < "$work/rows") rows in README.md, examples/report.svg"
