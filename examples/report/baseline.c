@@ -123,7 +123,7 @@ bool baseline_radius_for(baseline *b, double ms, int *radius, double *found_ms)
             *radius = r;
             *found_ms = now;
         }
-        if (now > ms)
+        if (now > 1.5 * ms) /* one slow measurement must not end the search */
             break;
     }
     return true;

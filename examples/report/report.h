@@ -45,6 +45,7 @@ typedef struct report_options {
     int repeats;                    /* timed frames */
     int device;
     const char *folder;
+    uint64_t program;               /* fingerprint of the program that measures */
 } report_options;
 
 /* ---- rows ---- */

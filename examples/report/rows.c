@@ -51,7 +51,7 @@ static void group_path(const report *r, const report_group *group, char *path, s
 /* What rows depend on beside the group: a file with another line is not ours. */
 static void describe_options(const report_options *o, char *text, size_t size)
 {
-    int n = snprintf(text, size, "options %d %d %d %d %d %d %d %dx%d", o->moving, o->still, o->stepped, o->pairs, o->samples, o->repeats, o->device,
+    int n = snprintf(text, size, "options %016llx %d %d %d %d %d %d %d %dx%d", (unsigned long long)o->program, o->moving, o->still, o->stepped, o->pairs, o->samples, o->repeats, o->device,
                      o->time_size.width, o->time_size.height);
     for (uint32_t i = 0; i < o->denoiser_count && n < (int)size; i++)
         n += snprintf(text + n, size - (size_t)n, " %s", nrd_denoiser_name(o->denoisers[i]));

@@ -102,10 +102,26 @@ static bool pose(sequence *s, int frame)
 
 /* ---- references ---- */
 
+/* Of everything that the tracer is given for the pose, and of the tracer. */
+static uint64_t fingerprint_of_pose(const sequence *s)
+{
+    const pt_scene *p = &s->posed;
+    size_t code_bytes;
+    const uint32_t *code = tracer_vulkan_code(&code_bytes);
+    uint64_t hash = fingerprint(FINGERPRINT_START, code, code_bytes);
+    hash = fingerprint(hash, p->triangles, p->triangle_count * sizeof *p->triangles);
+    hash = fingerprint(hash, p->materials, p->material_count * sizeof *p->materials);
+    hash = fingerprint(hash, p->lights, p->frame.light_count * sizeof *p->lights);
+    hash = fingerprint(hash, &p->frame.camera, sizeof p->frame.camera);
+    hash = fingerprint(hash, &p->frame.sun_direction, offsetof(pt_frame, jitter) - offsetof(pt_frame, sun_direction));
+    return fingerprint(hash, &p->frame.bounces, sizeof p->frame.bounces);
+}
+
+/* Needs the frame's pose. */
 static void cache_path(const sequence *s, int frame, char *path, size_t size)
 {
-    snprintf(path, size, "%s/cache/%s_%dx%d_%d_%d.ref", s->r->options.folder, s->group.scene->name, s->group.size.width, s->group.size.height,
-             s->r->options.samples, frame);
+    snprintf(path, size, "%s/cache/%s_%dx%d_%d_%d_%016llx.ref", s->r->options.folder, s->group.scene->name, s->group.size.width, s->group.size.height,
+             s->r->options.samples, frame, (unsigned long long)fingerprint_of_pose(s));
 }
 
 static bool read_cache(const sequence *s, int frame, float *planes, size_t count)
@@ -147,13 +163,13 @@ static bool accumulate(sequence *s, int first, int count)
     return true;
 }
 
-/* The mean of all samples, and that of the first half of them. */
-static bool render_reference(sequence *s, int frame, float *planes)
+/* The mean of all samples of the pose, and that of the first half of them. */
+static bool render_reference(sequence *s, float *planes)
 {
     size_t values = PT_REF_COUNT * texels_of(s);
     int half = s->r->options.samples / 2;
     memset(s->sums, 0, values * sizeof *s->sums);
-    if (!pose(s, frame) || !accumulate(s, 0, half))
+    if (!accumulate(s, 0, half))
         return false;
     for (size_t i = 0; i < values; i++)
         planes[values + i] = (float)(s->sums[i] / half);
@@ -174,9 +190,11 @@ static bool load_references(sequence *s)
         s->references[frame] = malloc(count * sizeof(float));
         if (!s->references[frame])
             return report_fail(s->r, "out of memory");
+        if (!pose(s, frame))
+            return false;
         if (read_cache(s, frame, s->references[frame], count))
             continue;
-        if (!render_reference(s, frame, s->references[frame]) || !write_cache(s, frame, s->references[frame], count))
+        if (!render_reference(s, s->references[frame]) || !write_cache(s, frame, s->references[frame], count))
             return false;
         cli_progress("references", frame + 1, o->moving);
     }

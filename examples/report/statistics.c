@@ -18,3 +18,11 @@ double quantile(double *values, int count, double share)
     int low = (int)at, high = low + 1 < count ? low + 1 : low;
     return values[low] + (at - low) * (values[high] - values[low]);
 }
+
+uint64_t fingerprint(uint64_t hash, const void *bytes, size_t size)
+{
+    const unsigned char *b = bytes;
+    for (size_t i = 0; i < size; i++)
+        hash = (hash ^ b[i]) * 0x100000001b3u;
+    return hash;
+}

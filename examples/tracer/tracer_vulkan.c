@@ -165,6 +165,12 @@ static bool create_kernel(vulkan_state *v, uint32_t is_reference, gpu_kernel *ou
 
 gpu *tracer_vulkan_gpu(tracer *t) { return &((vulkan_state *)t->state)->gpu; }
 
+const uint32_t *tracer_vulkan_code(size_t *size_bytes)
+{
+    *size_bytes = sizeof trace_spv;
+    return trace_spv;
+}
+
 const gpu_image *tracer_vulkan_texture(const tracer *t, tracer_texture which)
 {
     return &((const vulkan_state *)t->state)->textures[which];

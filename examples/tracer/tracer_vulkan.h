@@ -29,4 +29,7 @@ gpu *tracer_vulkan_gpu(tracer *t);
 /* Written by every render; valid until the next render of another size, or close. */
 const gpu_image *tracer_vulkan_texture(const tracer *t, tracer_texture which);
 
+/* The shader that renders, for programs that keep its results. */
+const uint32_t *tracer_vulkan_code(size_t *size_bytes);
+
 #endif
