@@ -4,6 +4,8 @@
 #define _DEFAULT_SOURCE
 #include "browser.h"
 #include "common/gpu.h"
+#include "report/parallel.h"
+#include "report/statistics.h"
 
 #include <png.h>
 #include <math.h>
@@ -267,12 +269,60 @@ static void the_page_works_in_a_browser(void **state)
     browser_close(&b);
 }
 
+/* ---- parts ---- */
+
+static void quantiles_lie_between_sorted_values(void **state)
+{
+    double odd[] = { 5, 1, 3 }, even[] = { 4, 1, 3, 2 }, one[] = { 7 };
+    (void)state;
+    assert_true(quantile(odd, 3, 0.5) == 3 && quantile(odd, 3, 0.25) == 2 && quantile(odd, 3, 1) == 5);
+    assert_true(quantile(even, 4, 0.5) == 2.5);
+    assert_true(quantile(one, 1, 0.9) == 7);
+    assert_true(isnan(quantile(one, 0, 0.5)));
+}
+
+/* FNV-1a as its authors give it for "foobar". */
+static void fingerprints_are_fnv_1a(void **state)
+{
+    (void)state;
+    assert_true(fingerprint(FINGERPRINT_START, "foobar", 6) == 0x85944171f73967e8u);
+    assert_true(fingerprint(fingerprint(FINGERPRINT_START, "foo", 3), "bar", 3) == 0x85944171f73967e8u);
+}
+
+static bool count_visit(void *user, int i)
+{
+    ((int *)user)[i]++;
+    return true;
+}
+
+static bool fail_at_40(void *user, int i)
+{
+    ((int *)user)[i]++;
+    return i != 40;
+}
+
+static void every_piece_of_work_is_done_once_until_one_fails(void **state)
+{
+    int visits[1000] = { 0 };
+    (void)state;
+    assert_true(parallel_each(1000, count_visit, visits));
+    for (int i = 0; i < 1000; i++)
+        assert_int_equal(visits[i], 1);
+    assert_true(parallel_each(0, count_visit, visits));
+    memset(visits, 0, sizeof visits);
+    assert_false(parallel_each(1000, fail_at_40, visits));
+    assert_int_equal(visits[40], 1);
+}
+
 int main(void)
 {
     gpu g;
     char reason[256];
     const gpu_desc device = { 0, false, false };
     const struct CMUnitTest tests[] = {
+        cmocka_unit_test(quantiles_lie_between_sorted_values),
+        cmocka_unit_test(fingerprints_are_fnv_1a),
+        cmocka_unit_test(every_piece_of_work_is_done_once_until_one_fails),
         cmocka_unit_test(every_method_and_baseline_is_a_row),
         cmocka_unit_test(numbers_are_plausible),
         cmocka_unit_test(a_second_run_measures_nothing_again),

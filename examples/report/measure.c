@@ -131,15 +131,18 @@ static bool add_method_tracks(measurement *m, int index)
 {
     const method *method = &m->methods[index];
     bool rivals = method->is_default && !method_takes_any_signal(method, &m->first);
-    int radius = 1;
+    int radius = 1, signals = 0;
     double filter_ms = 0;
-    if (rivals && !baseline_radius_for(&m->rival, method->ms, &radius, &filter_ms))
+    for (int s = 0; s < SIGNAL_FINAL; s++)
+        signals += method->writes[s];
+    /* the time of a denoiser of several signals is for all of them */
+    if (rivals && !baseline_radius_for(&m->rival, method->ms / (signals ? signals : 1), &radius, &filter_ms))
         return report_fail(m->r, "%s", gpu_error(m->rival.g));
     for (int s = 0; s < SIGNAL_COUNT; s++) {
         if (!method->writes[s])
             continue;
         track *t = add_track(m, TRACK_DENOISER, index, (signal_id)s);
-        if (!t || (rivals && !add_rivals(m, index, (signal_id)s, radius, filter_ms)))
+        if (!t || (rivals && !add_rivals(m, index, (signal_id)s, radius, signals * filter_ms)))
             return false;
         t->ms = method->ms;
     }
@@ -176,11 +179,35 @@ static bool take_denoised(measurement *m, int index, bool crops)
     return ok;
 }
 
+static bool take_noisy(measurement *m, signal_id signal, image *out)
+{
+    return signal_get(&m->now, NULL, signal, SOURCE_NOISY, out) || report_fail(m->r, "out of memory");
+}
+
+static bool take_filtered(measurement *m, signal_id signal, int radius, image *out)
+{
+    return take_noisy(m, signal, out) && (baseline_filter(&m->base, radius, out) || report_fail(m->r, "%s", gpu_error(m->base.g)));
+}
+
+/* As a denoiser would: the light is filtered, not the textures that it falls on. */
+static bool compose_filtered(measurement *m, int radius, image *out)
+{
+    image diffuse = { 0 }, specular = { 0 }, shadow = { 0 };
+    bool sun = m->seq.scene.def->has_sun;
+    bool ok = take_filtered(m, SIGNAL_DIFFUSE, radius, &diffuse) && take_filtered(m, SIGNAL_SPECULAR, radius, &specular)
+        && (!sun || take_filtered(m, SIGNAL_SHADOW, radius, &shadow))
+        && (signal_compose(&m->now, &diffuse, &specular, sun ? &shadow : NULL, out) || report_fail(m->r, "out of memory"));
+    image_destroy(&diffuse);
+    image_destroy(&specular);
+    image_destroy(&shadow);
+    return ok;
+}
+
 static bool take_input(measurement *m, track *t)
 {
-    if (!signal_get(&m->now, NULL, t->signal, SOURCE_NOISY, &t->picture))
-        return report_fail(m->r, "out of memory");
-    return t->kind != TRACK_SPATIAL || baseline_filter(&m->base, t->radius, &t->picture) || report_fail(m->r, "%s", gpu_error(m->base.g));
+    if (t->kind == TRACK_NOISY)
+        return take_noisy(m, t->signal, &t->picture);
+    return t->signal == SIGNAL_FINAL ? compose_filtered(m, t->radius, &t->picture) : take_filtered(m, t->signal, t->radius, &t->picture);
 }
 
 /* ---- more paths instead ---- */
@@ -383,7 +410,9 @@ static bool open_clock(measurement *m, const report_group *group)
     if (!sequence_trace_ms(m->clock, 1, &one) || !sequence_trace_ms(m->clock, 3, &three)
         || !sequence_trace_ms(m->clock, group->paths < 1 ? 1 : (int)group->paths, &m->trace_ms))
         return false;
-    m->path_ms = (three - one) / 2;
+    if (!(one > 0))
+        return report_fail(m->r, "the device has no timestamps");
+    m->path_ms = fmax((three - one) / 2, 1e-3 * one); /* noise must not make paths free */
     return sequence_frame(m->clock, 0, &m->timed) && open_baseline(m, &m->rival, m->clock, &m->timed);
 }
 

@@ -9,23 +9,36 @@ done
 work=$(mktemp -d)
 trap 'rm -rf "$work"' EXIT
 
-# One line per device, denoiser and preset (or baseline) at one path per pixel: geometric means over scenes and signals.
-# device|class|size|kind|denoiser|preset|ns per pixel|ms|motion|rest|flicker|flip|copy share
+# One line per device, denoiser and preset at one path per pixel: geometric means over scenes and signals (but `final`, which
+# contains the others), and what the same scenes and signals have as noisy input, filtered, and traced with more paths instead.
+# device|class|size|denoiser|preset|ns per pixel|ms|motion|rest|flicker|flip|copy share|noisy|filtered|paths
 for folder in "$@"; do
     awk '
+    function add(key, i, value) { if (value > 0) { sum[key, i] += log(value); used[key, i]++ } }
+    function mean(key, i) { return used[key, i] ? sprintf("%.4g", exp(sum[key, i] / used[key, i])) : "" }
     NR == 1 { n = split($0, names, ","); for (i = 1; i <= n; i++) column[names[i]] = i; next }
     { match($0, /^"[^"]*"/); device = substr($0, 2, RLENGTH - 2); $0 = "x" substr($0, RLENGTH + 1); split($0, v, ",")
-      if (v[column["paths"]] != 1) next
-      key = v[column["kind"]] "|" v[column["denoiser"]] "|" v[column["preset"]]
-      if (!(key in rows)) order[++keys] = key
-      rows[key]++
+      if (v[column["paths"]] != 1 || v[column["signal"]] == "final") next
       class = device ~ /llvmpipe/ ? "CPU" : device ~ /H[12]00/ ? "DATACENTER" : ""
       size = v[column["time_width"]] "x" v[column["time_height"]]
+      place = v[column["scene"]] "|" v[column["width"]] "|" v[column["signal"]]
+      error = v[column["motion_trimmed"]]
+      if (v[column["kind"]] == "noisy") noisy[place] = error
+      if (v[column["kind"]] == "spatial") filtered[place, v[column["denoiser"]]] = error
+      if (v[column["kind"]] == "more paths") traced[place, v[column["denoiser"]]] = error
+      if (v[column["kind"]] != "denoiser") next
+      key = v[column["denoiser"]] "|" v[column["preset"]]
+      if (!(key in places)) order[++keys] = key
+      places[key] = places[key] " " place
       m = split("ns_per_pixel ms motion_trimmed rest_trimmed rest_flicker motion_flip copy_share", wanted, " ")
-      for (i = 1; i <= m; i++) if (v[column[wanted[i]]] > 0) { sum[key, i] += log(v[column[wanted[i]]]); used[key, i]++ } }
-    END { for (k = 1; k <= keys; k++) { key = order[k]; line = device "|" class "|" size "|" key
-          for (i = 1; i <= m; i++) line = line "|" (used[key, i] ? sprintf("%.4g", exp(sum[key, i] / used[key, i])) : "")
-          print line } }' "$folder/report.csv" >> "$work/rows"
+      for (i = 1; i <= m; i++) add(key, i, v[column[wanted[i]]]) }
+    END { for (k = 1; k <= keys; k++) {
+              key = order[k]; line = device "|" class "|" size "|" key; split(key, part, "|"); count = split(places[key], list, " ")
+              for (i = 1; i <= count; i++) {
+                  add(key, "noisy", noisy[list[i]])
+                  if (part[2] == "balanced") { add(key, "filtered", filtered[list[i], part[1]]); add(key, "traced", traced[list[i], part[1]]) } }
+              for (i = 1; i <= m; i++) line = line "|" mean(key, i)
+              print line "|" mean(key, "noisy") "|" mean(key, "filtered") "|" mean(key, "traced") } }' "$folder/report.csv" >> "$work/rows"
 done
 if ! cut -d'|' -f2 "$work/rows" | grep -q .; then
     echo "publish: the device is of no class that nrd.h knows: $(cut -d'|' -f1 "$work/rows" | sort -u)" >&2
@@ -42,14 +55,14 @@ replace() {
     cat "$work/new" > "$1"
 }
 
-awk -F'|' '$4 == "denoiser" && $2 != "" && $9 > 0 && ("," "fastest,fast,balanced,good,best" ",") ~ "," $6 "," {
-    printf "    NRDI_COST(%s, %s, %s, %sf, %sf)\n", toupper($5), toupper($6), $2, $7 ~ /[.e]/ ? $7 : $7 ".0", $9 ~ /[.e]/ ? $9 : $9 ".0" }' "$work/rows" > "$work/costs"
+awk -F'|' '$2 != "" && $8 > 0 && ",fastest,fast,balanced,good,best," ~ "," $5 "," {
+    printf "    NRDI_COST(%s, %s, %s, %sf, %sf)\n", toupper($4), toupper($5), $2, $6 ~ /[.e]/ ? $6 : $6 ".0", $8 ~ /[.e]/ ? $8 : $8 ".0" }' "$work/rows" > "$work/costs"
 replace nrd.h ">>costs" "$work/costs"
 
 awk -F'|' '
-$1 != device { device = $1; printf "%s%s, times at %s\n\n| | ms | ns/px | relMSE in motion | at rest | flicker at rest | FLIP | copy / time |\n|---|---|---|---|---|---|---|---|\n", (NR > 1 ? "\n" : ""), $1, $3 }
-{ name = $4 == "denoiser" ? "`" $5 "` " $6 : $4 ($5 != "" ? " instead of `" $5 "`" : " input")
-  printf "| %s | %s | %s | %s | %s | %s | %s | %s |\n", name, $8, $7, $9, $10, $11, $12, $13 }' "$work/rows" > "$work/table"
+$1 != device { device = $1; printf "%s%s, times at %s\n\n", (NR > 1 ? "\n" : ""), $1, $3
+    print "| | ms | ns/px | relMSE in motion | noisy input | filter instead | paths instead | at rest | flicker at rest | FLIP | copy / time |\n|---|---|---|---|---|---|---|---|---|---|---|" }
+{ printf "| %s %s | %s | %s | %s | %s | %s | %s | %s | %s | %s | %s |\n", $4, $5, $7, $6, $8, $13, $14, $15, $9, $10, $11, $12 }' "$work/rows" > "$work/table"
 replace README.md "<!-- report" "$work/table"
 
 # The chart: error against nanoseconds per pixel, both logarithmic, one colour per device.
@@ -57,7 +70,9 @@ awk -F'|' '
 function lx(x) { return 70 + (log(x) - x0) / (x1 - x0) * 620 }
 function ly(y) { return 330 - (log(y) - y0) / (y1 - y0) * 290 }
 function least(a, b) { return a < b ? a : b }
-$7 > 0 && $9 > 0 { n++; device[n] = $1; kind[n] = $4; x[n] = $7; y[n] = $9; name[n] = $4 == "denoiser" ? $5 " " $6 : $4 ($5 != "" ? " / " $5 : "") }
+function mark(at, error, text, filled) { n++; device[n] = $1; x[n] = at; y[n] = error; name[n] = text; full[n] = filled }
+$6 > 0 && $8 > 0 { mark($6, $8, $4 " " $5, 1) }
+$6 > 0 && $14 > 0 { mark($6, $14, "", 0) }
 END {
     x0 = y0 = 1e9; x1 = y1 = -1e9
     for (i = 1; i <= n; i++) { x0 = least(x0, log(x[i] / 1.6)); x1 = -least(-x1, -log(x[i] * 4)); y0 = least(y0, log(y[i] / 1.5)); y1 = -least(-y1, -log(y[i] * 1.5)) }
@@ -69,7 +84,7 @@ END {
     split("#0b62c4 #c4420b #1d8a4a #8a3ab9", colours, " ")
     for (i = 1; i <= n; i++) {
         if (!(device[i] in hue)) { hue[device[i]] = colours[++hues]; printf "<text x=\"%d\" y=\"28\" fill=\"%s\">%s</text>\n", 70 + 310 * (hues - 1), hue[device[i]], device[i] }
-        printf "<circle cx=\"%.1f\" cy=\"%.1f\" r=\"4\" stroke=\"%s\" fill=\"%s\"/><text x=\"%.1f\" y=\"%.1f\" fill=\"#333\">%s</text>\n", lx(x[i]), ly(y[i]), hue[device[i]], kind[i] == "denoiser" ? hue[device[i]] : "#fff", lx(x[i]) + 7, ly(y[i]) + 4, name[i] }
-    print "<text x=\"380\" y=\"368\" text-anchor=\"middle\">nanoseconds per pixel</text><text x=\"70\" y=\"12\">trimmed relMSE in motion, one path per pixel; lower left is better; hollow: baselines</text></svg>"
+        printf "<circle cx=\"%.1f\" cy=\"%.1f\" r=\"4\" stroke=\"%s\" fill=\"%s\"/><text x=\"%.1f\" y=\"%.1f\" fill=\"#333\">%s</text>\n", lx(x[i]), ly(y[i]), hue[device[i]], full[i] ? hue[device[i]] : "#fff", lx(x[i]) + 7, ly(y[i]) + 4, name[i] }
+    print "<text x=\"380\" y=\"368\" text-anchor=\"middle\">nanoseconds per pixel</text><text x=\"70\" y=\"12\">trimmed relMSE in motion, one path per pixel; lower left is better; hollow: a plain filter of the same time</text></svg>"
 }' "$work/rows" > examples/report.svg
 echo "publish: $(wc -l < "$work/costs") presets in nrd.h, $(wc -l < "$work/rows") rows in README.md, examples/report.svg"
