@@ -144,6 +144,9 @@ static void half_written_and_other_groups_are_measured_again(void **state)
     assert_int_equal(run_tiny("--variant short:max_accumulated_frames=2"), 0);
     assert_int_equal(count(load("errors"), "rows in"), 1);
     assert_int_equal(count(load("out/report.csv"), "reblur_diffuse,short"), 1);
+    assert_int_equal(run_tiny("--time-size 128x72"), 0);
+    assert_true(cell("reblur_diffuse,balanced", "width") == 96 && cell("reblur_diffuse,balanced", "time_width") == 128);
+    assert_true(cell("reblur_diffuse,balanced", "ns_per_pixel") > 0 && cell("reblur_diffuse,balanced", "permanent_bytes") > 128 * 72 * 10);
     assert_int_equal(run_tiny(""), 0);
 }
 
