@@ -12,7 +12,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { MAX_TRACKS = 1024, MAX_EXTRA = 64 };
+enum { MAX_TRACKS = 1024, MAX_EXTRA = 64, WARM_UP = 6 };
 
 typedef enum track_kind { TRACK_DENOISER, TRACK_NOISY, TRACK_SPATIAL, TRACK_PATHS } track_kind;
 
@@ -53,7 +53,7 @@ static bool open_method(measurement *m, const method *described, signal_id signa
     method *added = &m->methods[m->method_count++];
     *added = *described;
     added->desc.reference_signal = signal;
-    return method_open(m->r, added, &m->first) && method_time(m->r, added, &m->timed);
+    return method_open(m->r, added, &m->first);
 }
 
 /* Those that average any signal do so for all that others write, once these are known. */
@@ -93,6 +93,22 @@ static bool open_methods(measurement *m)
                     return false;
             }
     return true;
+}
+
+/* In turn, so that what slows the device down for a while slows all of them. */
+static bool time_methods(measurement *m)
+{
+    capture steady = m->timed;
+    bool ok = true;
+    steady.cut = 0; /* in the middle of a shot: a cut would empty the history */
+    for (int i = 0; i < m->method_count && ok; i++)
+        ok = method_time_start(m->r, &m->methods[i], &steady);
+    for (int round = 0; round < WARM_UP + m->r->options.repeats && ok; round++)
+        for (int i = 0; i < m->method_count && ok; i++)
+            ok = method_time_once(m->r, &m->methods[i], &steady, round >= WARM_UP);
+    for (int i = 0; i < m->method_count && ok; i++)
+        method_time_end(&m->methods[i], &steady);
+    return ok;
 }
 
 /* ---- tracks ---- */
@@ -424,7 +440,8 @@ static bool prepare(measurement *m, report *r, const report_group *group)
     if (!m->tracks)
         return report_fail(r, "out of memory");
     return sequence_open(&m->seq, r, group, true) && open_clock(m, group) && sequence_frame(&m->seq, 0, &m->first)
-        && open_baseline(m, &m->base, &m->seq, &m->first) && open_methods(m) && add_tracks(m);
+        && open_baseline(m, &m->base, &m->seq, &m->first) && open_methods(m) && time_methods(m)
+        && add_tracks(m);
 }
 
 static void release(measurement *m)

@@ -6,8 +6,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { WARM_UP = 6 };
-
 /* ---- settings ---- */
 
 static void add_setting(method *m, const nrd_setting *row, double value)
@@ -105,7 +103,7 @@ typedef struct timings { double totals[REPORT_MAX_FRAMES], passes[REPORT_MAX_PAS
 static void take(method *m, timings *t)
 {
     uint32_t count;
-    const denoise_timing *list = denoise_timings(m->d, &count);
+    const denoise_timing *list = denoise_timings(m->clock, &count);
     double total = 0;
     m->pass_count = count < REPORT_MAX_PASSES ? (int)count : REPORT_MAX_PASSES;
     for (int i = 0; i < m->pass_count; i++) {
@@ -114,17 +112,6 @@ static void take(method *m, timings *t)
         total += list[i].milliseconds;
     }
     t->totals[t->count++] = total;
-}
-
-static bool run_timed(report *r, method *m, const capture *frame, timings *t)
-{
-    bool ok = true;
-    for (int i = 0; i < WARM_UP + r->options.repeats && ok; i++) {
-        ok = denoise_again(m->d, frame, m->index++, r->error, sizeof r->error);
-        if (ok && i >= WARM_UP)
-            take(m, t);
-    }
-    return ok;
 }
 
 static bool open_denoiser(report *r, method *m, const capture *first, capture *out)
@@ -167,44 +154,58 @@ bool method_open(report *r, method *m, const capture *first)
     return true;
 }
 
-static bool measure(report *r, method *m, const capture *frame)
+/* The open denoiser is timed where the size is its own, else one opened for that. */
+bool method_time_start(report *r, method *m, const capture *frame)
 {
-    timings *t = calloc(1, sizeof *t);
-    bool ok = t ? run_timed(r, m, frame, t) : report_fail(r, "out of memory");
-    if (ok) {
-        m->ms = quartiles(t->totals, t->count, &m->low, &m->high);
-        for (int i = 0; i < m->pass_count; i++)
-            m->passes[i].ms = quartiles(t->passes[i], t->count, &m->passes[i].low, &m->passes[i].high);
-        m->bytes = denoise_bytes_moved(m->d, frame);
-        m->permanent_bytes = (double)denoise_info(m->d)->permanent_bytes;
-        m->transient_bytes = (double)denoise_info(m->d)->transient_bytes;
-    }
-    free(t);
+    const nrd_info *info = denoise_info(m->d);
+    denoise *open = m->d;
+    capture out;
+    m->timings = calloc(1, sizeof *m->timings);
+    if (!m->timings)
+        return report_fail(r, "out of memory");
+    m->clock = m->d;
+    if ((int)info->width == frame->width && (int)info->height == frame->height)
+        return true;
+    bool ok = open_denoiser(r, m, frame, &out);
+    if (ok)
+        capture_destroy(&out);
+    m->clock = m->d;
+    m->d = open;
     return ok;
 }
 
-/* The open denoiser is timed where the size is its own, else one opened for that. */
-bool method_time(report *r, method *m, const capture *frame)
+bool method_time_once(report *r, method *m, const capture *frame, bool counts)
 {
-    const nrd_info *info = denoise_info(m->d);
-    capture steady = *frame, out;
-    denoise *open = m->d;
-    uint32_t index = m->index;
-    steady.cut = 0;
-    if ((int)info->width == frame->width && (int)info->height == frame->height)
-        return measure(r, m, &steady);
-    bool ok = open_denoiser(r, m, &steady, &out);
-    if (ok)
-        capture_destroy(&out);
-    ok = ok && measure(r, m, &steady);
-    denoise_destroy(m->d);
-    m->d = open;
-    m->index = index;
+    bool ok = denoise_again(m->clock, frame, m->index++, r->error, sizeof r->error);
+    if (ok && counts)
+        take(m, m->timings);
     return ok;
+}
+
+static void close_clock(method *m)
+{
+    if (m->clock != m->d)
+        denoise_destroy(m->clock);
+    m->clock = NULL;
+    free(m->timings);
+    m->timings = NULL;
+}
+
+void method_time_end(method *m, const capture *frame)
+{
+    timings *t = m->timings;
+    m->ms = quartiles(t->totals, t->count, &m->low, &m->high);
+    for (int i = 0; i < m->pass_count; i++)
+        m->passes[i].ms = quartiles(t->passes[i], t->count, &m->passes[i].low, &m->passes[i].high);
+    m->bytes = denoise_bytes_moved(m->clock, frame);
+    m->permanent_bytes = (double)denoise_info(m->clock)->permanent_bytes;
+    m->transient_bytes = (double)denoise_info(m->clock)->transient_bytes;
+    close_clock(m);
 }
 
 void method_close(method *m)
 {
+    close_clock(m);
     denoise_destroy(m->d);
     m->d = NULL;
 }

@@ -13,8 +13,9 @@ typedef struct method {
     setting_value settings[METHOD_MAX_SETTINGS];
     uint32_t setting_count;
     denoise_desc desc;
-    denoise *d;
+    denoise *d, *clock;              /* clock: that on which times are taken; d where the size is the same */
     uint32_t index;                  /* of the next frame */
+    struct timings *timings;
     bool writes[SIGNAL_COUNT];
     double ms, low, high;            /* of a frame, 0 without timestamps */
     double bytes;                    /* moved by a frame of the size at which times are taken */
@@ -33,8 +34,12 @@ bool method_takes_any_signal(const method *m, const capture *first);
 /* Opens the denoiser and finds out what it writes. */
 bool method_open(report *r, method *m, const capture *first);
 
-/* Measures time and memory on a frame in the middle of a shot, of any size. What follows must begin with a cut. */
-bool method_time(report *r, method *m, const capture *frame);
+/* Time and memory on a frame in the middle of a shot, of any size: started, run as often as wanted, in turn with other
+   methods, and ended. `counts`: not a warm-up. Frames denoised afterwards must begin with a cut. */
+bool method_time_start(report *r, method *m, const capture *frame);
+bool method_time_once(report *r, method *m, const capture *frame, bool counts);
+void method_time_end(method *m, const capture *frame);
+
 void method_close(method *m);
 
 bool method_frame(report *r, method *m, const capture *frame, capture *out);
