@@ -178,7 +178,7 @@ static bool take_option(report *r, const char *name, char *value)
 static bool is_processor(report *r, bool *out)
 {
     gpu g;
-    const gpu_desc desc = { r->options.device, false, false };
+    const gpu_desc desc = { .device_index = r->options.device };
     if (!gpu_open(&g, &desc, r->error, sizeof r->error))
         return false;
     *out = g.properties.deviceType == VK_PHYSICAL_DEVICE_TYPE_CPU;

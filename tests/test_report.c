@@ -321,7 +321,7 @@ int main(void)
 {
     gpu g;
     char reason[256];
-    const gpu_desc device = { 0, false, false };
+    const gpu_desc device = { .device_index = 0 };
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(quantiles_lie_between_sorted_values),
         cmocka_unit_test(fingerprints_are_fnv_1a),

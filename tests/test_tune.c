@@ -86,7 +86,7 @@ static void a_search_never_ends_worse_on_what_it_trains_on(void **state)
     float before, after, ratio;
     gpu g;
     char reason[256];
-    const gpu_desc device = { 0, false, false };
+    const gpu_desc device = { .device_index = 0 };
     (void)state;
     if (!gpu_open(&g, &device, reason, sizeof reason)) {
         print_message("%s\n", reason);

@@ -60,8 +60,14 @@ static bool open_method(measurement *m, const method *described, signal_id signa
 static bool open_described(measurement *m, const method *described, bool any_signal_round)
 {
     bool any = method_takes_any_signal(described, &m->first), nothing_wanted = true;
+    char reason[REPORT_ERROR];
     if (any != any_signal_round)
         return true;
+    if (!method_fits(described, &m->first, reason, sizeof reason)) {
+        if (described->is_default)
+            fprintf(stderr, "%s: without %s: %s\n", m->seq.group.scene->name, nrd_denoiser_name(described->denoiser), reason);
+        return true;
+    }
     if (!any) {
         if (!open_method(m, described, SIGNAL_DIFFUSE))
             return false;

@@ -89,6 +89,13 @@ bool method_takes_any_signal(const method *m, const capture *first)
     return takes;
 }
 
+bool method_fits(const method *m, const capture *first, char *reason, size_t reason_size)
+{
+    method copy = *m;
+    fill_desc(&copy, 0);
+    return denoise_check(&copy.desc, first, "first frame", reason, reason_size);
+}
+
 /* ---- times ---- */
 
 static double quartiles(double *times, int count, double *low, double *high)

@@ -31,6 +31,9 @@ bool method_describe(report *r, nrd_denoiser denoiser, nrd_preset preset, const 
 /* Does the denoiser average whatever it is given? Then it runs once for each signal. */
 bool method_takes_any_signal(const method *m, const capture *first);
 
+/* Does the scene have what the denoiser needs, a sun for instance? If not, `reason` says what is missing. */
+bool method_fits(const method *m, const capture *first, char *reason, size_t reason_size);
+
 /* Opens the denoiser and finds out what it writes. */
 bool method_open(report *r, method *m, const capture *first);
 
