@@ -1,6 +1,7 @@
 /* One sparse step of the edge-avoiding wavelet filter over (Y, Co, Cg, deviation of Y). The includer defines
-   vec4 load_color(int signal, ivec2 pixel) and bool CROSS, and binds in_guide. CROSS: 4 taps along the axes instead of 8, for the step
-   after the dense one: the later, full steps hide its pattern (two such steps in a row show a plaid), and it costs half. */
+   vec4 load_color(int signal, ivec2 pixel) and bool CROSS, and binds in_guide. CROSS: 4 taps along the axes (in noise, at random, along
+   the diagonals) instead of 8, for the step after the dense one: the later, full steps hide its pattern (two such steps in a row show a
+   plaid), and it costs half. */
 #ifndef ATROUS_GLSL
 #define ATROUS_GLSL
 
@@ -29,19 +30,39 @@ void add_tap(inout AtrousSums s, vec4 tap, float factor, float exponent)
     s.weight += w;
 }
 
+/* Relative deviation from which on the cross is turned at random: what it leaves behind in noise is a weave. */
+const float WEAVING = 0.2;
+
+bool is_turned(ivec2 pixel, vec4 color[SIGNALS])
+{
+    bool noisy = false;
+    UNROLL for (int s = 0; s < SIGNALS; s++) noisy = noisy || color[s].w > WEAVING * color[s].x;
+    return noisy && (hash(uint(pixel.x), uint(pixel.y), g.frame_index) & 1u) != 0u;
+}
+
+void add_neighbour(Center c, Neighbour n, float kernel_weight, inout AtrousSums sums[SIGNALS])
+{
+    uvec2 guide = texelFetch(in_guide, n.pixel, 0).xy;
+    float w = plane_weight(c, n, guide.x) * kernel_weight, bend = normal_bend(c, guide), normal_scale = -LOG2_E * g.normal_sensitivity;
+    UNROLL for (int s = 0; s < SIGNALS; s++)
+        add_tap(sums[s], load_color(s, n.pixel), w * lobe_factor(c, s, guide), lobe_exponent(c, s, normal_scale, bend, n.offset));
+}
+
 void atrous(Center c, inout vec4 color[SIGNALS])
 {
     AtrousSums sums[SIGNALS];
-    float normal_scale = -LOG2_E * g.normal_sensitivity;
     UNROLL for (int s = 0; s < SIGNALS; s++) sums[s] = start_sums(color[s]);
-    UNROLL for (int i = 0; i < 9; i++) {
-        if (i == 4 || (CROSS && (i & 1) == 0)) continue;
-        ivec2 grid = ivec2(i % 3, i / 3) - 1;
-        Neighbour n = find_neighbour(c, grid);
-        uvec2 guide = texelFetch(in_guide, n.pixel, 0).xy;
-        float w = plane_weight(c, n, guide.x) * (CROSS ? 0.75 : kernel(grid)), bend = normal_bend(c, guide);
-        UNROLL for (int s = 0; s < SIGNALS; s++)
-            add_tap(sums[s], load_color(s, n.pixel), w * lobe_factor(c, s, guide), lobe_exponent(c, s, normal_scale, bend, n.offset));
+    if (CROSS) {
+        ivec2 axis = is_turned(c.pixel, color) ? ivec2(1) : ivec2(1, 0), side = ivec2(-axis.y, axis.x);
+        UNROLL for (int i = 0; i < 4; i++) {
+            ivec2 grid = (i & 1) == 0 ? axis : side;
+            add_neighbour(c, find_neighbour(c, i < 2 ? grid : -grid), 0.75, sums);
+        }
+    } else {
+        UNROLL for (int i = 0; i < 9; i++) {
+            ivec2 grid = ivec2(i % 3, i / 3) - 1;
+            if (i != 4) add_neighbour(c, find_neighbour(c, grid), kernel(grid), sums);
+        }
     }
     UNROLL for (int s = 0; s < SIGNALS; s++) color[s] = vec4(sums[s].color, sqrt(sums[s].noise)) / sums[s].weight;
 }
