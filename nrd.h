@@ -160,6 +160,10 @@ NRD_DECL const char *nrd_result_string(nrd_result result);
     X(REBLUR_DIFFUSE, "reblur_diffuse", nrd_reblur_settings) \
     X(REBLUR_SPECULAR, "reblur_specular", nrd_reblur_settings) \
     X(REBLUR_DIFFUSE_SPECULAR, "reblur_diffuse_specular", nrd_reblur_settings) \
+    X(REBLUR_DIFFUSE_OCCLUSION, "reblur_diffuse_occlusion", nrd_occlusion_settings) \
+    X(REBLUR_SPECULAR_OCCLUSION, "reblur_specular_occlusion", nrd_occlusion_settings) \
+    X(REBLUR_DIFFUSE_SPECULAR_OCCLUSION, "reblur_diffuse_specular_occlusion", nrd_occlusion_settings) \
+    X(REBLUR_DIFFUSE_DIRECTIONAL_OCCLUSION, "reblur_diffuse_directional_occlusion", nrd_occlusion_settings) \
     X(SIGMA_SHADOW, "sigma_shadow", nrd_sigma_settings) \
     X(SIGMA_SHADOW_TRANSLUCENCY, "sigma_shadow_translucency", nrd_sigma_settings)
 typedef enum nrd_denoiser {
@@ -179,6 +183,9 @@ typedef enum nrd_denoiser {
     X(IN_VIEWZ, 0, "linear view depth of the primary hit; R32F (R16F with view_z_scale)") \
     X(IN_DIFF_RADIANCE_HITDIST, 0, "nrd_pack_radiance_hit_dist(): demodulated noisy radiance and normalised hit distance; RGBA16F") \
     X(IN_SPEC_RADIANCE_HITDIST, 0, "the same for the specular lobe: its hit distance is normalised with the pixel's roughness; RGBA16F") \
+    X(IN_DIFF_HITDIST, 0, "nrd_normalize_hit_dist(): normalised hit distance of one diffuse path; R16F or R8") \
+    X(IN_DIFF_DIRECTION_HITDIST, 0, "xyz: world-space unit direction of one diffuse path times w; w: nrd_normalize_hit_dist(); RGBA16F or RGBA8 snorm") \
+    X(IN_SPEC_HITDIST, 0, "nrd_normalize_hit_dist() of one specular path; R16F or R8") \
     X(IN_DIFF_CONFIDENCE, 0, "trust in history, [0,1], 0 restarts; read at the previous uv; any size, covers the rectangle; R8") \
     X(IN_SPEC_CONFIDENCE, 0, "the same for the specular signal, at the previous uv of what is reflected; R8") \
     X(IN_DISOCCLUSION_THRESHOLD_MIX, 0, "[0,1] from disocclusion_threshold to disocclusion_threshold_alternate; R8") \
@@ -187,6 +194,9 @@ typedef enum nrd_denoiser {
     X(IN_SIGNAL, 0, "anything to be averaged (REFERENCE)") \
     X(OUT_DIFF_RADIANCE_HITDIST, NRD_FORMAT_RGBA16_FLOAT, "nrd_unpack_radiance_hit_dist(): denoised radiance and hit distance. Also scratch within the frame") \
     X(OUT_SPEC_RADIANCE_HITDIST, NRD_FORMAT_RGBA16_FLOAT, "the same for the specular lobe") \
+    X(OUT_DIFF_HITDIST, NRD_FORMAT_R16_FLOAT, "denoised occlusion: mean normalised hit distance, 0 closed to 1 open") \
+    X(OUT_DIFF_DIRECTION_HITDIST, NRD_FORMAT_RGBA16_FLOAT, "xyz: mean unoccluded (bent) direction times openness, no longer than w; w: denoised occlusion") \
+    X(OUT_SPEC_HITDIST, NRD_FORMAT_R16_FLOAT, "denoised specular occlusion") \
     X(OUT_SHADOW, NRD_FORMAT_R8_UNORM, "nrd_unpack_shadow(): denoised visibility of the light") \
     X(OUT_SHADOW_TRANSLUCENCY, NRD_FORMAT_RGBA8_UNORM, "nrd_unpack_shadow_translucency(): denoised coloured visibility of the light") \
     X(OUT_SIGNAL, NRD_FORMAT_RGBA32_FLOAT, "mean of IN_SIGNAL")
@@ -257,6 +267,19 @@ NRD_DECL bool nrd_format_is_uint(nrd_format format);
     X(uint, min_material_for_diffuse, 4, 0, 4, "", "material ids above it are kept apart from each other and the rest; 4 mixes all") \
     X(uint, return_history_length_instead_of_occlusion, 0, 0, 1, "", "1: w of the outputs is the history length in frames")
 
+#define NRD_OCCLUSION_SETTINGS(X) \
+    X(float, hit_distance_a, 3.0f, 1e-4f, 1e6f, "units", "hit distance that normalises to 1 at view z 0 (same value as in nrd_normalize_hit_dist)") \
+    X(float, hit_distance_b, 0.1f, 0.0f, 1e3f, "", "its growth with view z") \
+    X(float, hit_distance_c, 20.0f, 1.0f, 1e3f, "", "its factor at roughness 0 (specular)") \
+    X(float, hit_distance_d, -25.0f, -1e3f, 0.0f, "", "how fast that factor falls with roughness") \
+    X(float, max_accumulated_frames, 32.0f, 0.0f, 63.0f, "frames", "length of the history; less reacts faster, more is less noisy") \
+    X(float, max_blur_radius, 15.0f, 0.0f, 60.0f, "px", "most that the spatial filter reaches; 0 off; scaled with the rectangle; more is smoother and flickers more") \
+    X(float, plane_distance_sensitivity, 0.006f, 1e-4f, 1.0f, "of the view's extent at that depth", "neighbours farther off the surface's plane are not mixed") \
+    X(float, normal_sensitivity, 8.0f, 0.0f, 1000.0f, "", "neighbours weigh exp(-this * (1 - cos of the angle between normals))") \
+    X(float, antilag_sigma_scale, 2.0f, 0.5f, 100.0f, "standard deviations", "change of the signal that counts as certain; less reacts sooner and is noisier, 100 is off") \
+    X(uint, min_material, 4, 0, 4, "", "material ids above it are kept apart from each other and the rest; 4 mixes all") \
+    X(uint, return_history_length_instead_of_occlusion, 0, 0, 1, "", "1: the outputs are history lengths in frames")
+
 #define NRD_SIGMA_SETTINGS(X) \
     X(float, light_x, 0.0f, -1e9f, 1e9f, "", "directional light: world-space vector from the surface to it, of any length; local light: its world position; x = y = z = 0: unknown (as for many lights in one signal)") \
     X(float, light_y, 0.0f, -1e9f, 1e9f, "", "likewise") \
@@ -293,11 +316,13 @@ typedef struct nrd_frame {
 } nrd_frame;
 typedef struct nrd_reference_settings { NRD_REFERENCE_SETTINGS(NRDI_MEMBER) } nrd_reference_settings;
 typedef struct nrd_reblur_settings { NRD_REBLUR_SETTINGS(NRDI_MEMBER) } nrd_reblur_settings;
+typedef struct nrd_occlusion_settings { NRD_OCCLUSION_SETTINGS(NRDI_MEMBER) } nrd_occlusion_settings;
 typedef struct nrd_sigma_settings { NRD_SIGMA_SETTINGS(NRDI_MEMBER) } nrd_sigma_settings;
 
 NRD_DECL nrd_frame nrd_frame_defaults(void);
 NRD_DECL nrd_reference_settings nrd_reference_defaults(void);
 NRD_DECL nrd_reblur_settings nrd_reblur_defaults(void);
+NRD_DECL nrd_occlusion_settings nrd_occlusion_defaults(void);
 NRD_DECL nrd_sigma_settings nrd_sigma_defaults(void);
 
 /* The settings as data, for user interfaces and command lines. */
@@ -508,7 +533,7 @@ typedef struct nrdi_pass_row {
     uint8_t iteration;           /* of the spatial filter; its step doubles with each */
     nrdi_use uses[NRDI_MAX_USES]; /* up to the first with what == 0 && access == NRDI_END */
 } nrdi_pass_row;
-typedef enum nrdi_family { NRDI_FAMILY_REFERENCE, NRDI_FAMILY_REBLUR, NRDI_FAMILY_SIGMA } nrdi_family; /* which settings, and how they become constants */
+typedef enum nrdi_family { NRDI_FAMILY_REFERENCE, NRDI_FAMILY_REBLUR, NRDI_FAMILY_OCCLUSION, NRDI_FAMILY_SIGMA } nrdi_family; /* which settings, and how they become constants */
 typedef struct nrdi_denoiser_row {
     nrdi_family family;
     nrdi_texture_row textures[NRDI_MAX_TEXTURES];
@@ -524,6 +549,7 @@ typedef struct nrdi_denoiser_row {
 #define NRDI_LINEAR(t) { NRDI_TEXTURE(t), NRD_ACCESS_READ_LINEAR, 0, 0 }
 #define NRDI_WRITE(t) { NRDI_TEXTURE(t), NRD_ACCESS_WRITE, 0, 0 }
 #define NRDI_READ_PREV(t) { NRDI_PREVIOUS(t), NRD_ACCESS_READ, 0, 0 }
+#define NRDI_READ_PREV_IF(t, condition) { NRDI_PREVIOUS(t), NRD_ACCESS_READ, condition, NRDI_TEXTURE(t) }
 #define NRDI_WRITE_PREV(t) { NRDI_PREVIOUS(t), NRD_ACCESS_WRITE, 0, 0 }
 #define NRDI_STOP { 0, NRDI_END, 0, 0 }
 
@@ -531,6 +557,11 @@ enum { NRDI_REFERENCE_HISTORY };
 enum { NRDI_GUIDE, NRDI_TRACK, NRDI_SPEC_TRACK, NRDI_DIFF_HISTORY, NRDI_DIFF_STABILIZED, NRDI_DIFF_TILE, NRDI_DIFF_TILE_RAW,
        NRDI_SPEC_HISTORY, NRDI_SPEC_STABILIZED, NRDI_SPEC_TILE, NRDI_SPEC_TILE_RAW };
 enum { NRDI_SHADOW_HISTORY, NRDI_SHADOW_TILE, NRDI_SHADOW_MEAN, NRDI_SHADOW_EXTRA }; /* EXTRA: opaque: stabilised visibility; translucent: green and blue of the history */
+
+enum { NRDI_TAP, NRDI_STATE };
+#define NRDI_OCCLUSION_SPLIT(lobe) { "split screen", "reblur_occlusion_split_screen", NRDI_IF_SPLIT, NRD_FEATURE_SPLIT_SCREEN, 0, 0, \
+      { NRDI_IN(IN_VIEWZ), NRDI_IN(IN_##lobe##_HITDIST), NRDI_OUT(OUT_##lobe##_HITDIST), NRDI_STOP } }
+#define NRDI_LINEAR_CONFIDENCE(lobe) NRDI_LINEAR_IF(IN_##lobe##_CONFIDENCE, NRDI_IF_CONFIDENCE, IN_##lobe##_HITDIST)
 
 /* The textures of the REBLUR denoisers; those that a denoiser's passes do not use do not exist.
    Once temporal accumulation has run, the previous halves of GUIDE and TRACK are dead until the next frame overwrites them, so each holds
@@ -623,6 +654,54 @@ static const nrdi_denoiser_row nrdi_rows[NRD_DENOISER_COUNT] = {
         { "stabilization", "reblur_stabilization_diffuse_specular", NRDI_ALWAYS, 0, 0, 3,
           { NRDI_READ(NRDI_GUIDE), NRDI_READ(NRDI_TRACK), NRDI_STABILIZATION_SIGNAL(DIFF, NRDI_GUIDE), NRDI_STABILIZATION_SIGNAL(SPEC, NRDI_TRACK), NRDI_STOP } },
         NRDI_SPLIT_SCREEN(DIFF, " (diffuse)"), NRDI_SPLIT_SCREEN(SPEC, " (specular)") } },
+    { NRDI_FAMILY_OCCLUSION,   /* the previous half of TAP is dead after accumulation too: it holds the once filtered signal */
+      { { "TAP", NRD_FORMAT_R32_UINT, 1, NRDI_PING_PONG },
+        { "STATE", NRD_FORMAT_R16_UINT, 1, NRDI_PING_PONG } },
+      { { "temporal accumulation", "reblur_diffuse_occlusion_accumulation", NRDI_ALWAYS, 0, 0, 0,
+          { NRDI_IN(IN_MV), NRDI_IN(IN_NORMAL_ROUGHNESS), NRDI_IN(IN_VIEWZ), NRDI_IN(IN_DIFF_HITDIST), NRDI_LINEAR_CONFIDENCE(DIFF),
+            NRDI_IN_IF(IN_DISOCCLUSION_THRESHOLD_MIX, NRDI_IF_THRESHOLD_MIX, IN_VIEWZ),
+            NRDI_READ_PREV(NRDI_TAP), NRDI_READ_PREV(NRDI_STATE), NRDI_WRITE(NRDI_TAP), NRDI_WRITE(NRDI_STATE), NRDI_STOP } },
+        { "blur", "reblur_diffuse_occlusion_blur", NRDI_IF_BLUR, 0, 0, 0,
+          { NRDI_IN(IN_NORMAL_ROUGHNESS), NRDI_READ(NRDI_TAP), NRDI_READ(NRDI_STATE), NRDI_WRITE_PREV(NRDI_TAP), NRDI_STOP } },
+        { "post-blur", "reblur_diffuse_occlusion_post_blur", NRDI_ALWAYS, 0, 0, 1,
+          { NRDI_IN(IN_NORMAL_ROUGHNESS), NRDI_READ_PREV_IF(NRDI_TAP, NRDI_IF_BLUR), NRDI_READ(NRDI_STATE), NRDI_OUT(OUT_DIFF_HITDIST), NRDI_STOP } },
+        NRDI_OCCLUSION_SPLIT(DIFF) } },
+    { NRDI_FAMILY_OCCLUSION,
+      { { "TAP", NRD_FORMAT_RG32_UINT, 1, NRDI_PING_PONG } },
+      { { "temporal accumulation", "reblur_specular_occlusion_accumulation", NRDI_ALWAYS, 0, 0, 0,
+          { NRDI_IN(IN_MV), NRDI_IN(IN_NORMAL_ROUGHNESS), NRDI_IN(IN_VIEWZ), NRDI_IN(IN_SPEC_HITDIST), NRDI_LINEAR_CONFIDENCE(SPEC),
+            NRDI_IN_IF(IN_DISOCCLUSION_THRESHOLD_MIX, NRDI_IF_THRESHOLD_MIX, IN_VIEWZ), NRDI_READ_PREV(NRDI_TAP), NRDI_WRITE(NRDI_TAP), NRDI_STOP } },
+        { "blur", "reblur_specular_occlusion_blur", NRDI_IF_BLUR, 0, 0, 0,
+          { NRDI_IN(IN_NORMAL_ROUGHNESS), NRDI_READ(NRDI_TAP), NRDI_WRITE_PREV(NRDI_TAP), NRDI_STOP } },
+        { "post-blur", "reblur_specular_occlusion_post_blur", NRDI_ALWAYS, 0, 0, 1,
+          { NRDI_IN(IN_NORMAL_ROUGHNESS), NRDI_READ_PREV_IF(NRDI_TAP, NRDI_IF_BLUR), NRDI_OUT(OUT_SPEC_HITDIST), NRDI_STOP } },
+        NRDI_OCCLUSION_SPLIT(SPEC) } },
+    { NRDI_FAMILY_OCCLUSION,
+      { { "TAP", NRD_FORMAT_RG32_UINT, 1, NRDI_PING_PONG },
+        { "STATE", NRD_FORMAT_R16_UINT, 1, NRDI_PING_PONG } },
+      { { "temporal accumulation", "reblur_diffuse_specular_occlusion_accumulation", NRDI_ALWAYS, 0, 0, 0,
+          { NRDI_IN(IN_MV), NRDI_IN(IN_NORMAL_ROUGHNESS), NRDI_IN(IN_VIEWZ), NRDI_IN(IN_DIFF_HITDIST), NRDI_LINEAR_CONFIDENCE(DIFF),
+            NRDI_IN_IF(IN_DISOCCLUSION_THRESHOLD_MIX, NRDI_IF_THRESHOLD_MIX, IN_VIEWZ), NRDI_READ_PREV(NRDI_TAP), NRDI_READ_PREV(NRDI_STATE),
+            NRDI_WRITE(NRDI_TAP), NRDI_WRITE(NRDI_STATE), NRDI_IN(IN_SPEC_HITDIST), NRDI_LINEAR_CONFIDENCE(SPEC), NRDI_STOP } },
+        { "blur", "reblur_diffuse_specular_occlusion_blur", NRDI_IF_BLUR, 0, 0, 0,
+          { NRDI_IN(IN_NORMAL_ROUGHNESS), NRDI_READ(NRDI_TAP), NRDI_READ(NRDI_STATE), NRDI_WRITE_PREV(NRDI_TAP), NRDI_STOP } },
+        { "post-blur", "reblur_diffuse_specular_occlusion_post_blur", NRDI_ALWAYS, 0, 0, 1,
+          { NRDI_IN(IN_NORMAL_ROUGHNESS), NRDI_READ_PREV_IF(NRDI_TAP, NRDI_IF_BLUR), NRDI_READ(NRDI_STATE), NRDI_OUT(OUT_DIFF_HITDIST),
+            NRDI_OUT(OUT_SPEC_HITDIST), NRDI_STOP } },
+        NRDI_OCCLUSION_SPLIT(DIFF), NRDI_OCCLUSION_SPLIT(SPEC) } },
+    { NRDI_FAMILY_OCCLUSION,
+      { { "TAP", NRD_FORMAT_RG32_UINT, 1, NRDI_PING_PONG },
+        { "STATE", NRD_FORMAT_R16_UINT, 1, NRDI_PING_PONG } },
+      { { "temporal accumulation", "reblur_directional_occlusion_accumulation", NRDI_ALWAYS, 0, 0, 0,
+          { NRDI_IN(IN_MV), NRDI_IN(IN_NORMAL_ROUGHNESS), NRDI_IN(IN_VIEWZ), NRDI_IN(IN_DIFF_DIRECTION_HITDIST),
+            NRDI_LINEAR_IF(IN_DIFF_CONFIDENCE, NRDI_IF_CONFIDENCE, IN_DIFF_DIRECTION_HITDIST), NRDI_IN_IF(IN_DISOCCLUSION_THRESHOLD_MIX, NRDI_IF_THRESHOLD_MIX, IN_VIEWZ),
+            NRDI_READ_PREV(NRDI_TAP), NRDI_READ_PREV(NRDI_STATE), NRDI_WRITE(NRDI_TAP), NRDI_WRITE(NRDI_STATE), NRDI_STOP } },
+        { "blur", "reblur_directional_occlusion_blur", NRDI_IF_BLUR, 0, 0, 0,
+          { NRDI_IN(IN_NORMAL_ROUGHNESS), NRDI_READ(NRDI_TAP), NRDI_READ(NRDI_STATE), NRDI_WRITE_PREV(NRDI_TAP), NRDI_STOP } },
+        { "post-blur", "reblur_directional_occlusion_post_blur", NRDI_ALWAYS, 0, 0, 1,
+          { NRDI_IN(IN_NORMAL_ROUGHNESS), NRDI_READ_PREV_IF(NRDI_TAP, NRDI_IF_BLUR), NRDI_READ(NRDI_STATE), NRDI_OUT(OUT_DIFF_DIRECTION_HITDIST), NRDI_STOP } },
+        { "split screen", "reblur_split_screen", NRDI_IF_SPLIT, NRD_FEATURE_SPLIT_SCREEN, 0, 0,
+          { NRDI_IN(IN_VIEWZ), NRDI_IN(IN_DIFF_DIRECTION_HITDIST), NRDI_OUT(OUT_DIFF_DIRECTION_HITDIST), NRDI_STOP } } } },
     { NRDI_FAMILY_SIGMA,
       { { "SHADOW_HISTORY", NRD_FORMAT_R32_UINT, 1, NRDI_PERMANENT },
         { "SHADOW_TILE", NRD_FORMAT_R8_UNORM, NRDI_TILE_PX, NRDI_PING_PONG },
@@ -730,6 +809,9 @@ static const nrd_setting nrdi_reference_list[] = { NRD_REFERENCE_SETTINGS(NRDI_X
 #define NRDI_X(type, name, value, min, max, unit, text) NRDI_ROW(nrd_reblur_settings, type, name, value, min, max, unit, text)
 static const nrd_setting nrdi_reblur_list[] = { NRD_REBLUR_SETTINGS(NRDI_X) };
 #undef NRDI_X
+#define NRDI_X(type, name, value, min, max, unit, text) NRDI_ROW(nrd_occlusion_settings, type, name, value, min, max, unit, text)
+static const nrd_setting nrdi_occlusion_list[] = { NRD_OCCLUSION_SETTINGS(NRDI_X) };
+#undef NRDI_X
 #define NRDI_X(type, name, value, min, max, unit, text) NRDI_ROW(nrd_sigma_settings, type, name, value, min, max, unit, text)
 static const nrd_setting nrdi_sigma_list[] = { NRD_SIGMA_SETTINGS(NRDI_X) };
 #undef NRDI_X
@@ -738,6 +820,7 @@ typedef struct nrdi_settings_list { const nrd_setting *rows; uint32_t count; siz
 #define NRDI_LIST(rows, owner) { rows, (uint32_t)(sizeof(rows) / sizeof((rows)[0])), sizeof(owner) }
 #define NRDI_LIST_nrd_reference_settings NRDI_LIST(nrdi_reference_list, nrd_reference_settings)
 #define NRDI_LIST_nrd_reblur_settings NRDI_LIST(nrdi_reblur_list, nrd_reblur_settings)
+#define NRDI_LIST_nrd_occlusion_settings NRDI_LIST(nrdi_occlusion_list, nrd_occlusion_settings)
 #define NRDI_LIST_nrd_sigma_settings NRDI_LIST(nrdi_sigma_list, nrd_sigma_settings)
 
 static nrdi_settings_list nrdi_list_of(nrd_denoiser denoiser)
@@ -851,6 +934,7 @@ nrd_result nrd_suggest(nrd_denoiser denoiser, nrd_device device, uint32_t width,
 nrd_frame nrd_frame_defaults(void) { nrd_frame frame; nrd_settings_defaults(NRD_DENOISER_COUNT, &frame); return frame; }
 nrd_reference_settings nrd_reference_defaults(void) { nrd_reference_settings s; nrd_settings_defaults(NRD_DENOISER_REFERENCE, &s); return s; }
 nrd_reblur_settings nrd_reblur_defaults(void) { nrd_reblur_settings s; nrd_settings_defaults(NRD_DENOISER_REBLUR_DIFFUSE, &s); return s; }
+nrd_occlusion_settings nrd_occlusion_defaults(void) { nrd_occlusion_settings s; nrd_settings_defaults(NRD_DENOISER_REBLUR_DIFFUSE_OCCLUSION, &s); return s; }
 nrd_sigma_settings nrd_sigma_defaults(void) { nrd_sigma_settings s; nrd_settings_defaults(NRD_DENOISER_SIGMA_SHADOW, &s); return s; }
 
 /* ---------------------------------------------------------------------------------------------------------------------------
@@ -865,7 +949,7 @@ typedef struct nrdi_state {         /* one denoiser of an instance */
     uint32_t last_frame_index;
     bool has_history;
     bool had_antilag;               /* in the last frame: the tiles hold its lighting changes */
-    union { nrd_reference_settings reference; nrd_reblur_settings reblur; nrd_sigma_settings sigma; } settings;
+    union { nrd_reference_settings reference; nrd_reblur_settings reblur; nrd_occlusion_settings occlusion; nrd_sigma_settings sigma; } settings;
     nrd_constants constants;
 } nrdi_state;
 
@@ -1479,6 +1563,21 @@ static void nrdi_fill_reblur(const nrd_reblur_settings *s, float resolution_scal
               | (s->specular_prepass_blur_radius > 0 ? NRD_FLAG_SPECULAR_PREPASS : 0);
 }
 
+static void nrdi_fill_occlusion(const nrd_occlusion_settings *s, float resolution_scale, nrd_constants *c)
+{
+    c->hit_distance[0] = s->hit_distance_a;
+    c->hit_distance[1] = s->hit_distance_b;
+    c->hit_distance[2] = s->hit_distance_c;
+    c->hit_distance[3] = s->hit_distance_d;
+    c->max_accumulated_frames = s->max_accumulated_frames;
+    c->max_blur_radius = s->max_blur_radius * resolution_scale;
+    c->plane_distance_sensitivity = s->plane_distance_sensitivity;
+    c->normal_sensitivity = s->normal_sensitivity;
+    c->antilag_sigma_scale = s->antilag_sigma_scale;
+    c->min_material = s->min_material;
+    c->flags |= s->return_history_length_instead_of_occlusion ? NRD_FLAG_RETURN_HISTORY : 0;
+}
+
 static void nrdi_fill_sigma(const nrd *n, const nrd_sigma_settings *s, nrd_constants *c)
 {
     nrdi_view now = nrdi_resolve_view(&n->frame.camera, n->frame.clip_y, n->frame.rect_height);
@@ -1519,7 +1618,8 @@ static void nrdi_fill_constants(const nrd *n, nrdi_state *s)
         c->history_frames = s->history_frames;
     } else {
         float x = (float)n->frame.rect_width / (float)n->desc.width, y = (float)n->frame.rect_height / (float)n->desc.height;
-        if (s->row->family == NRDI_FAMILY_SIGMA) nrdi_fill_sigma(n, &s->settings.sigma, c);
+        if (s->row->family == NRDI_FAMILY_OCCLUSION) nrdi_fill_occlusion(&s->settings.occlusion, x < y ? x : y, c);
+        else if (s->row->family == NRDI_FAMILY_SIGMA) nrdi_fill_sigma(n, &s->settings.sigma, c);
         else nrdi_fill_reblur(&s->settings.reblur, x < y ? x : y, c);
     }
     c->flags |= !reset && s->had_antilag ? NRD_FLAG_TILE_HISTORY : 0;

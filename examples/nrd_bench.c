@@ -25,7 +25,8 @@ typedef struct options { uint32_t width, height, frames; int device; nrd_denoise
 static gpu g;
 static gpu_image images[NRD_RESOURCE_COUNT], noise[NOISES], rays[NOISES];
 /* Inputs that get noise; of one denoiser each another image. */
-static const nrd_resource noisy[] = { NRD_RESOURCE_IN_DIFF_RADIANCE_HITDIST, NRD_RESOURCE_IN_SPEC_RADIANCE_HITDIST, NRD_RESOURCE_IN_SIGNAL, NRD_RESOURCE_IN_TRANSLUCENCY };
+static const nrd_resource noisy[] = { NRD_RESOURCE_IN_DIFF_RADIANCE_HITDIST, NRD_RESOURCE_IN_SPEC_RADIANCE_HITDIST, NRD_RESOURCE_IN_SIGNAL,
+                                      NRD_RESOURCE_IN_TRANSLUCENCY, NRD_RESOURCE_IN_DIFF_DIRECTION_HITDIST };
 #define NOISY_COUNT (sizeof noisy / sizeof noisy[0])
 static nrd *denoiser;
 static nrd_vk *denoiser_vk;
@@ -99,6 +100,20 @@ static bool make_rays(const options *o, uint32_t index)
         texels[i] = half_from_float(reached ? 65504 : half_width);
     }
     bool ok = texels && gpu_image_create(&g, o->width, o->height, VK_FORMAT_R16_SFLOAT, "rays", &rays[index]) && gpu_upload(&g, &rays[index], texels);
+    free(texels);
+    return ok;
+}
+
+/* Normalised hit distances: a third of the rays ends nowhere near. */
+static bool make_hit_distances(const options *o)
+{
+    static const nrd_resource inputs[] = { NRD_RESOURCE_IN_DIFF_HITDIST, NRD_RESOURCE_IN_SPEC_HITDIST };
+    size_t pixels = (size_t)o->width * o->height;
+    uint16_t *texels = malloc(pixels * sizeof *texels);
+    bool ok = texels != NULL;
+    for (size_t i = 0; ok && i < pixels; i++) texels[i] = half_from_float(fminf((float)(hash((uint32_t)i) % 1000 + 1) / 700.0f, 1.0f));
+    for (size_t k = 0; ok && k < sizeof inputs / sizeof inputs[0]; k++)
+        ok = gpu_image_create(&g, o->width, o->height, VK_FORMAT_R16_SFLOAT, "hit distances", &images[inputs[k]]) && gpu_upload(&g, &images[inputs[k]], texels);
     free(texels);
     return ok;
 }
@@ -205,7 +220,7 @@ static bool bench(const options *o)
     nrd_vk_timing names[MAX_PASSES];
     uint32_t passes = 0;
     double total = 0;
-    bool ok = make_guides(o);
+    bool ok = make_guides(o) && make_hit_distances(o);
     for (uint32_t i = 0; ok && i < NOISES; i++) ok = make_noise(o, i) && make_rays(o, i);
     if (!ok || !make_denoiser(o) || !measure(o, names, &passes)) return false;
     printf("%s, %s, %ux%u, median of %u frames\n", g.properties.deviceName, nrd_denoiser_name(o->denoiser), o->width, o->height, o->frames);

@@ -74,9 +74,10 @@ static inline VkFormat rig_format(nrd_resource resource)
     switch (resource) {
     case NRD_RESOURCE_IN_MV: return VK_FORMAT_R32G32B32A32_SFLOAT;
     case NRD_RESOURCE_IN_NORMAL_ROUGHNESS: return VK_FORMAT_A2B10G10R10_UNORM_PACK32;
+    case NRD_RESOURCE_IN_DIFF_CONFIDENCE: case NRD_RESOURCE_IN_SPEC_CONFIDENCE: case NRD_RESOURCE_IN_DISOCCLUSION_THRESHOLD_MIX:
     case NRD_RESOURCE_IN_VIEWZ: return VK_FORMAT_R32_SFLOAT;
-    case RIG_RADIANCE: return VK_FORMAT_R16G16B16A16_SFLOAT;
-    case NRD_RESOURCE_IN_PENUMBRA: return VK_FORMAT_R16_SFLOAT;
+    case RIG_RADIANCE: case NRD_RESOURCE_IN_DIFF_DIRECTION_HITDIST: return VK_FORMAT_R16G16B16A16_SFLOAT;
+    case NRD_RESOURCE_IN_DIFF_HITDIST: case NRD_RESOURCE_IN_SPEC_HITDIST: case NRD_RESOURCE_IN_PENUMBRA: return VK_FORMAT_R16_SFLOAT;
     case NRD_RESOURCE_IN_TRANSLUCENCY: return VK_FORMAT_R8G8B8A8_UNORM;
     case NRD_RESOURCE_IN_SIGNAL: return VK_FORMAT_R32G32B32A32_SFLOAT;
     default: return nrd_vk_format(nrd_resource_format(resource));
@@ -102,14 +103,14 @@ static inline void rig_create_images(rig *r)
     }
 }
 
-static inline void rig_open(rig *r, gpu *device, nrd_denoiser denoiser, uint32_t width, uint32_t height, scene *what)
+static inline void rig_open_with(rig *r, gpu *device, nrd_denoiser denoiser, uint32_t width, uint32_t height, scene *what, uint32_t features)
 {
     memset(r, 0, sizeof *r);
     r->device = device;
     r->scene = what;
     r->width = r->rect_width = width;
     r->height = r->rect_height = height;
-    r->instance = create_one(&r->spy, denoiser, width, height, 0);
+    r->instance = create_one(&r->spy, denoiser, width, height, features);
     nrd_vk_desc desc = { .instance = r->instance, .vk_instance = device->instance, .physical = device->physical, .device = device->device,
                          .get_instance_proc = device->get_instance_proc, .frames_in_flight = 1 };
     assert_int_equal(nrd_vk_create(&desc, &r->vk), NRD_RESULT_OK);
@@ -126,6 +127,11 @@ static inline void rig_open(rig *r, gpu *device, nrd_denoiser denoiser, uint32_t
     r->out = (uint16_t *)rig_array(r, 8);
     r->signal = (float *)rig_array(r, 16);
     r->mean = (float *)rig_array(r, 16);
+}
+
+static inline void rig_open(rig *r, gpu *device, nrd_denoiser denoiser, uint32_t width, uint32_t height, scene *what)
+{
+    rig_open_with(r, device, denoiser, width, height, what, 0);
 }
 
 static inline void rig_close(rig *r)

@@ -1,4 +1,4 @@
-/* The command-line programs, from captures to scores. Expects nrd-denoise and nrd-score in the folder that the
+/* The command-line programs, from captures to scores. Expects nrd-denoise, nrd-score and nrd-render in the folder that the
    environment variable NRD_BUILD names (build). */
 #define _XOPEN_SOURCE 700
 #include "common/capture.h"
@@ -194,6 +194,7 @@ static void misuse_gives_one_line_and_leaves_nothing(void **state)
         { "--denoiser reblur_diffuse --set denoising_range=-1 moving out", "denoising_range is -1" },
         { "--denoiser reference --signal light moving out", "light: unknown signal; known: diffuse" },
         { "--denoiser reference --signal shadow moving out", "channel shadow.hitT is missing" },
+        { "--denoiser reblur_specular_occlusion moving out", "channel specular.hitT is missing" },
         { "--denoiser reblur_diffuse --frames 3 moving out", "--frames needs A:B" },
         { "--denoiser reblur_diffuse --frames 5:4 moving out", "--frames needs A:B" },
         { "--denoiser reblur_diffuse --frames 10:12 moving out", "holds frames 0..11, asked for 10..12" },
@@ -478,6 +479,34 @@ static void ambient_occlusion_is_written_when_it_is_that_of_the_format(void **st
     capture_destroy(&denoised);
 }
 
+static void hit_distances_of_another_scale_are_no_ambient_occlusion(void **state)
+{
+    (void)state;
+    succeed(run("nrd-denoise", "--denoiser reblur_diffuse_occlusion moving out_hit_dist"));
+    capture denoised = read_frame("out_hit_dist", 0);
+    assert_non_null(capture_find_plane(&denoised, "denoised.diffuse.hitDist"));
+    assert_null(capture_find_plane(&denoised, "denoised.diffuse.ao"));
+    capture_destroy(&denoised);
+}
+
+/* Error against the noisy input's, and bias, of occlusion on captures that the path tracer makes. */
+static void occlusion_of_traced_captures_is_within_bounds(void **state)
+{
+    static const struct { const char *scene; double ratio; } rows[] = { { "interior", 0.08 }, { "colonnade", 0.05 }, { "thin", 0.17 } };
+    (void)state;
+    for (size_t i = 0; i < sizeof rows / sizeof rows[0]; i++) {
+        succeed(run("nrd-render", "%s traced_%s --size 160x120 --frames 12 --ref 64", rows[i].scene, rows[i].scene));
+        succeed(run("nrd-denoise", "--denoiser reblur_diffuse_occlusion --set hit_distance_b=0 traced_%s out_%s", rows[i].scene, rows[i].scene));
+        succeed(run("nrd-score", "traced_%s out_%s --json", rows[i].scene, rows[i].scene));
+        memmove(output, strstr(output, "\"ao\""), strlen(strstr(output, "\"ao\"")) + 1);
+        double error = json_number("\"denoised\":{", "\"relMSEtrimmed\""), noisy = json_number("\"noisy\":{", "\"relMSEtrimmed\"");
+        double bias = json_number("\"denoised\":{", "\"bias\"");
+        print_message("%s: trimmed relMSE %.4f -> %.4f, bias %+.4f\n", rows[i].scene, noisy, error, bias);
+        assert_true(error < rows[i].ratio * noisy);
+        assert_true(fabs(bias) < 0.02);
+    }
+}
+
 static void a_cut_forgets_the_history(void **state)
 {
     (void)state;
@@ -555,6 +584,8 @@ int main(void)
         cmocka_unit_test(the_reference_denoiser_averages),
         cmocka_unit_test(final_is_composed_with_what_was_not_denoised),
         cmocka_unit_test(ambient_occlusion_is_written_when_it_is_that_of_the_format),
+        cmocka_unit_test(hit_distances_of_another_scale_are_no_ambient_occlusion),
+        cmocka_unit_test(occlusion_of_traced_captures_is_within_bounds),
         cmocka_unit_test(a_cut_forgets_the_history),
         cmocka_unit_test(settings_reach_the_denoiser),
         cmocka_unit_test(the_times_of_every_pass_are_written),

@@ -382,10 +382,16 @@ static void *read_output(rig *r, nrd_resource resource, size_t *bytes)
     return texels;
 }
 
+static size_t component_size(VkFormat format)
+{
+    if (format == VK_FORMAT_R8_UNORM || format == VK_FORMAT_R8G8B8A8_UNORM) return 1;
+    return format == VK_FORMAT_R16G16B16A16_SFLOAT || format == VK_FORMAT_R16_SFLOAT ? 2 : 4;
+}
+
 static float texel_value(const void *texels, VkFormat format, size_t index)
 {
-    if (format == VK_FORMAT_R8_UNORM || format == VK_FORMAT_R8G8B8A8_UNORM) return (float)((const uint8_t *)texels)[index] / 255.0f;
-    if (format == VK_FORMAT_R16G16B16A16_SFLOAT) return half_to_float(((const uint16_t *)texels)[index]);
+    if (component_size(format) == 1) return (float)((const uint8_t *)texels)[index] / 255.0f;
+    if (component_size(format) == 2) return half_to_float(((const uint16_t *)texels)[index]);
     return ((const float *)texels)[index];
 }
 
@@ -411,7 +417,7 @@ static void run_denoiser(nrd_denoiser denoiser, uint32_t features)
     void *texels = read_output(&r, output, &bytes);
     VkFormat format = r.images[output].format;
     double sum = 0;
-    for (size_t i = 0; i < (size_t)r.width * r.height * (format == VK_FORMAT_R8_UNORM ? 1 : 4); i++) {
+    for (size_t i = 0; i < bytes / component_size(format); i++) {
         float value = texel_value(texels, format, i);
         assert_true(isfinite(value));
         sum += value;

@@ -132,6 +132,39 @@ static bool pack_shadow_color(const frame_view *view, void *texels)
     return true;
 }
 
+static bool pack_diffuse_hit_dist(const frame_view *view, void *texels)
+{
+    uint16_t *out = texels;
+    const float *hit = capture_find_plane(view->frame, "diffuse.hitT"), *z = capture_find_plane(view->frame, "viewZ");
+    for (size_t i = 0; i < pixels_of(view->frame); i++)
+        out[i] = half_from_float(pack_normalize_hit_dist(hit[i], z[i], 1.0f, view->hit_distance));
+    return true;
+}
+
+static bool pack_direction_hit_dist(const frame_view *view, void *texels)
+{
+    uint16_t *out = texels;
+    float *direction[3];
+    const float *hit = capture_find_plane(view->frame, "diffuse.hitT"), *z = capture_find_plane(view->frame, "viewZ");
+    capture_find_planes(view->frame, "diffuse.dir", "XYZ", direction);
+    for (size_t i = 0; i < pixels_of(view->frame); i++, out += 4) {
+        float w = pack_normalize_hit_dist(hit[i], z[i], 1.0f, view->hit_distance);
+        const float texel[4] = { direction[0][i] * w, direction[1][i] * w, direction[2][i] * w, w };
+        half_from_floats(out, texel, 4);
+    }
+    return true;
+}
+
+static bool pack_specular_hit_dist(const frame_view *view, void *texels)
+{
+    uint16_t *out = texels;
+    const float *hit = capture_find_plane(view->frame, "specular.hitT"), *z = capture_find_plane(view->frame, "viewZ");
+    const float *roughness = capture_find_plane(view->frame, "roughness");
+    for (size_t i = 0; i < pixels_of(view->frame); i++)
+        out[i] = half_from_float(pack_normalize_hit_dist(hit[i], z[i], roughness[i], view->hit_distance));
+    return true;
+}
+
 static bool pack_signal(const frame_view *view, void *texels)
 {
     image m;
@@ -163,6 +196,10 @@ static const input_row inputs[] = {
       { "diffuse.R", "diffuse.G", "diffuse.B", "diffuse.hitT", "viewZ" } },
     { NRD_RESOURCE_IN_SPEC_RADIANCE_HITDIST, VK_FORMAT_R16G16B16A16_SFLOAT, pack_specular,
       { "specular.R", "specular.G", "specular.B", "specular.hitT", "viewZ" } },
+    { NRD_RESOURCE_IN_DIFF_HITDIST, VK_FORMAT_R16_SFLOAT, pack_diffuse_hit_dist, { "diffuse.hitT", "viewZ" } },
+    { NRD_RESOURCE_IN_DIFF_DIRECTION_HITDIST, VK_FORMAT_R16G16B16A16_SFLOAT, pack_direction_hit_dist,
+      { "diffuse.dir.X", "diffuse.dir.Y", "diffuse.dir.Z", "diffuse.hitT", "viewZ" } },
+    { NRD_RESOURCE_IN_SPEC_HITDIST, VK_FORMAT_R16_SFLOAT, pack_specular_hit_dist, { "specular.hitT", "roughness", "viewZ" } },
     { NRD_RESOURCE_IN_DIFF_CONFIDENCE, VK_FORMAT_R32_SFLOAT, pack_diffuse_confidence, { NULL } },
     { NRD_RESOURCE_IN_SPEC_CONFIDENCE, VK_FORMAT_R32_SFLOAT, pack_specular_confidence, { NULL } },
     { NRD_RESOURCE_IN_PENUMBRA, VK_FORMAT_R16_SFLOAT, pack_shadow, { "shadow.hitT" } },
@@ -189,6 +226,16 @@ static void unpack_shadow_color(const void *texels, size_t i, float rgbw[4])
         rgbw[k] = pack_unpack_shadow(((const uint8_t *)texels)[4 * i + (size_t)k]);
 }
 
+static void unpack_hit_dist(const void *texels, size_t i, float rgbw[4])
+{
+    rgbw[0] = half_to_float(((const uint16_t *)texels)[i]);
+}
+
+static void unpack_direction_hit_dist(const void *texels, size_t i, float rgbw[4])
+{
+    rgbw[0] = half_to_float(((const uint16_t *)texels)[4 * i + 3]);
+}
+
 static void unpack_signal(const void *texels, size_t i, float rgbw[4])
 {
     memcpy(rgbw, (const float *)texels + 4 * i, 4 * sizeof *rgbw);
@@ -199,15 +246,19 @@ typedef struct output_row {
     signal_id signal;        /* SIGNAL_COUNT: the reference's */
     signal_id occlusion;     /* what w is, SIGNAL_COUNT: nothing of the capture format */
     bool keeps_sky;          /* pixels of the sky are not written */
+    const char *other;       /* plane for hit distances that are not normalised as the capture format's occlusion; NULL: not such an output */
     void (*unpack)(const void *texels, size_t pixel, float rgbw[4]);
 } output_row;
 
 static const output_row outputs[] = {
-    { NRD_RESOURCE_OUT_DIFF_RADIANCE_HITDIST, SIGNAL_DIFFUSE, SIGNAL_AO, true, unpack_radiance },
-    { NRD_RESOURCE_OUT_SPEC_RADIANCE_HITDIST, SIGNAL_SPECULAR, SIGNAL_COUNT, true, unpack_radiance },
-    { NRD_RESOURCE_OUT_SHADOW, SIGNAL_SHADOW, SIGNAL_COUNT, true, unpack_shadow },
-    { NRD_RESOURCE_OUT_SHADOW_TRANSLUCENCY, SIGNAL_TRANSLUCENCY, SIGNAL_COUNT, true, unpack_shadow_color },
-    { NRD_RESOURCE_OUT_SIGNAL, SIGNAL_COUNT, SIGNAL_COUNT, false, unpack_signal },
+    { NRD_RESOURCE_OUT_DIFF_RADIANCE_HITDIST, SIGNAL_DIFFUSE, SIGNAL_AO, true, NULL, unpack_radiance },
+    { NRD_RESOURCE_OUT_SPEC_RADIANCE_HITDIST, SIGNAL_SPECULAR, SIGNAL_COUNT, true, NULL, unpack_radiance },
+    { NRD_RESOURCE_OUT_DIFF_HITDIST, SIGNAL_AO, SIGNAL_COUNT, true, "denoised.diffuse.hitDist", unpack_hit_dist },
+    { NRD_RESOURCE_OUT_DIFF_DIRECTION_HITDIST, SIGNAL_AO, SIGNAL_COUNT, true, "denoised.diffuse.hitDist", unpack_direction_hit_dist },
+    { NRD_RESOURCE_OUT_SPEC_HITDIST, SIGNAL_SPECULAR_AO, SIGNAL_COUNT, true, "denoised.specular.hitDist", unpack_hit_dist },
+    { NRD_RESOURCE_OUT_SHADOW, SIGNAL_SHADOW, SIGNAL_COUNT, true, NULL, unpack_shadow },
+    { NRD_RESOURCE_OUT_SHADOW_TRANSLUCENCY, SIGNAL_TRANSLUCENCY, SIGNAL_COUNT, true, NULL, unpack_shadow_color },
+    { NRD_RESOURCE_OUT_SIGNAL, SIGNAL_COUNT, SIGNAL_COUNT, false, NULL, unpack_signal },
 };
 
 #define COUNT(array) (sizeof(array) / sizeof *(array))
@@ -489,7 +540,7 @@ void denoise_destroy(denoise *d)
 static frame_view view_of(const denoise *d, const capture *frame)
 {
     static const char *const names[4] = { "hit_distance_a", "hit_distance_b", "hit_distance_c", "hit_distance_d" };
-    frame_view view = { frame, d->desc.reference_signal, { 0 } };
+    frame_view view = { frame, d->desc.reference_signal, { 0, 0, 1, 0 } };   /* no growth with roughness unless set */
     for (uint32_t i = 0; i < d->desc.denoiser_count; i++) {
         settings_block settings;
         resolve_settings(&d->desc, d->desc.denoisers[i], frame, &settings);
@@ -621,11 +672,11 @@ static bool unpack_output(const denoise *d, const output_row *row, const capture
     return true;
 }
 
-static bool add_planes(capture *out, signal_id signal, const image *m)
+static bool add_planes(capture *out, const char *prefix, const image *m)
 {
     for (int k = 0; k < m->channels; k++) {
         char name[CAPTURE_NAME_SIZE];
-        snprintf(name, sizeof name, m->channels == 1 ? "%s" : "%s.%c", signal_prefix(signal, SOURCE_DENOISED), "RGB"[k]);
+        snprintf(name, sizeof name, m->channels == 1 ? "%s" : "%s.%c", prefix, "RGB"[k]);
         float *texels = capture_add_plane(out, name, CAPTURE_HALF);
         if (!texels)
             return false;
@@ -634,8 +685,8 @@ static bool add_planes(capture *out, signal_id signal, const image *m)
     return true;
 }
 
-/* Whether w of the output is the ambient occlusion of the capture format: normalised by 3 metres at every depth. */
-static bool is_ambient_occlusion(const denoise *d, const frame_view *view)
+/* Whether normalised hit distances are the occlusion of the capture format: normalised by 3 metres at every depth and roughness. */
+static bool is_ambient_occlusion(const denoise *d, const output_row *row, const frame_view *view)
 {
     settings_block settings;
     double history_length = 0;
@@ -644,18 +695,21 @@ static bool is_ambient_occlusion(const denoise *d, const frame_view *view)
         settings_get(d->desc.denoisers[i], &settings, "return_history_length_instead_of_occlusion", &history_length);
     }
     float metres = view->hit_distance[0] * view->frame->metres_per_unit;
-    return fabsf(metres - 3.0f) < 1e-4f && view->hit_distance[1] == 0 && history_length == 0;
+    bool by_roughness = row->signal == SIGNAL_SPECULAR_AO && view->hit_distance[2] != 1;
+    return fabsf(metres - 3.0f) < 1e-4f && view->hit_distance[1] == 0 && !by_roughness && history_length == 0;
 }
 
 static bool read_output(denoise *d, const output_row *row, const frame_view *view, capture *out, image *signals)
 {
     image occlusion = { 0 };
-    bool wants_occlusion = row->occlusion != SIGNAL_COUNT && is_ambient_occlusion(d, view);
+    bool of_format = is_ambient_occlusion(d, row, view), wants_occlusion = row->occlusion != SIGNAL_COUNT && of_format;
     signal_id signal = signal_of(&d->desc, row);
+    const char *prefix = row->other && !of_format ? row->other : signal_prefix(signal, SOURCE_DENOISED);
     if (!gpu_download(&d->g, &d->images[row->resource], d->texels))
         return say(d->sink.text, d->sink.size, gpu_error(&d->g));
     bool ok = unpack_output(d, row, view->frame, &signals[signal], wants_occlusion ? &occlusion : NULL)
-        && add_planes(out, signal, &signals[signal]) && (!wants_occlusion || add_planes(out, row->occlusion, &occlusion));
+        && add_planes(out, prefix, &signals[signal])
+        && (!wants_occlusion || add_planes(out, signal_prefix(row->occlusion, SOURCE_DENOISED), &occlusion));
     image_destroy(&occlusion);
     return ok || say(d->sink.text, d->sink.size, "out of memory");
 }
@@ -671,9 +725,9 @@ static bool add_final(denoise *d, const capture *frame, const char *path, captur
     if (final->channels || !signal_require(frame, path, SIGNAL_FINAL, NULL, 0))
         return true;
     for (int s = 0; s < SIGNAL_FINAL && ok; s++)
-        if (!signals[s].channels && s != SIGNAL_AO && (s != SIGNAL_SHADOW || (has_sun && !colored)))
+        if (!signals[s].channels && s != SIGNAL_AO && s != SIGNAL_SPECULAR_AO && (s != SIGNAL_SHADOW || (has_sun && !colored)))
             ok = signal_get(frame, NULL, (signal_id)s, SOURCE_NOISY, &signals[s]);
-    ok = ok && signal_compose(frame, diffuse, specular, shadow, final) && add_planes(out, SIGNAL_FINAL, final);
+    ok = ok && signal_compose(frame, diffuse, specular, shadow, final) && add_planes(out, signal_prefix(SIGNAL_FINAL, SOURCE_DENOISED), final);
     return ok || say(d->sink.text, d->sink.size, "out of memory");
 }
 

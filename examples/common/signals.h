@@ -2,7 +2,7 @@
 
    final = diffuse * diffuseFactor + specular * specularFactor + sun * shadow + emission
    A noisy shadow is 1 where the ray reached the light (hitT >= 65504), else 0. Noisy ambient occlusion is
-   saturate(hitT / 3 m) of the diffuse ray. */
+   saturate(hitT / 3 m) of the diffuse ray, specular occlusion that of the specular ray. */
 #ifndef EXAMPLES_SIGNALS_H
 #define EXAMPLES_SIGNALS_H
 
@@ -15,6 +15,7 @@
     X(SPECULAR, "specular", 3, "specular", "denoised.specular", "ref.specular")              \
     X(SHADOW, "shadow", 1, "shadow.hitT", "denoised.shadow", "ref.shadow")                   \
     X(AO, "ao", 1, "diffuse.hitT", "denoised.diffuse.ao", "ref.diffuse.ao")                  \
+    X(SPECULAR_AO, "specular_ao", 1, "specular.hitT", "denoised.specular.ao", "ref.specular.ao") \
     X(FINAL, "final", 3, NULL, "denoised.final", NULL)                                       \
     X(TRANSLUCENCY, "translucency", 3, "shadow.translucency", "denoised.shadow.translucency", "ref.shadow.translucency")
 

@@ -2,11 +2,7 @@
 #ifndef REPROJECTION_GLSL
 #define REPROJECTION_GLSL
 
-struct Reprojection {
-    vec2 uv;
-    vec3 position;   /* previous view space */
-    float tolerance; /* plane distance, units */
-};
+#include "../common/motion.glsl"
 
 struct History {
     vec4 color;      /* Y, Co, Cg, deviation of one sample's luma */
@@ -26,24 +22,10 @@ struct Footprint {
 
 Reprojection reproject(ivec2 pixel, vec2 uv, float z, float signed_z)
 {
-    Reprojection r;
-    vec3 motion = texelFetch(in_motion, pixel + rect_origin(), 0).xyz * g.motion_scale.xyz;
-    vec3 position = view_position(uv, z, g.frustum, g.orthographic);
-    if ((g.motion_mode | opaque_zero()) == NRD_MOTION_WORLD) {
-        vec3 world = mat3(g.view_to_world) * position + motion;
-        r.position = (g.world_to_view_prev * vec4(world, 1.0)).xyz;
-        r.uv = project_prev(r.position);
-    } else {
-        r.uv = uv + motion.xy;
-        float still_z = (g.view_to_view_prev * vec4(position, 1.0)).z;   /* a static point's */
-        float z_prev = (g.motion_mode | opaque_zero()) == NRD_MOTION_2_5D ? abs(signed_z + motion.z) : still_z;
-        r.position = view_position(r.uv, z_prev, g.frustum_prev, g.orthographic_prev);
-    }
     float threshold = g.disocclusion_threshold;
     if ((SPEC_FEATURES & NRD_FEATURE_DISOCCLUSION_THRESHOLD_MIX) != 0 && has_flag(NRD_FLAG_DISOCCLUSION_MIX))
         threshold = mix(threshold, g.disocclusion_threshold_alternate, texelFetch(in_threshold_mix, pixel, 0).x);
-    r.tolerance = plane_tolerance(threshold, z);
-    return r;
+    return reproject(texelFetch(in_motion, pixel + rect_origin(), 0).xyz * g.motion_scale.xyz, uv, z, signed_z, threshold);
 }
 
 vec2 size_prev_px() { return vec2(g.rect_width_prev, g.rect_height_prev); }

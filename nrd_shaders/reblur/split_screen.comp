@@ -7,7 +7,10 @@
 
 layout(binding = 1) uniform sampler2D in_view_z;
 layout(binding = 2) uniform sampler2D in_radiance_hit_dist;
-layout(binding = 3, rgba16f) uniform writeonly image2D out_radiance_hit_dist;
+#ifndef OUT_FORMAT
+#define OUT_FORMAT rgba16f
+#endif
+layout(binding = 3, OUT_FORMAT) uniform writeonly image2D out_radiance_hit_dist;
 
 void main()
 {

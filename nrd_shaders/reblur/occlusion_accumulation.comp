@@ -1,0 +1,299 @@
+/* Reads   guides, noisy hit distances, last frame's history and guides.
+   Writes  accumulated occlusion, length and blur radius, with this frame's guide.
+   Finds every pixel in the previous frame, keeps what is on the same surface, and averages the new hit distance into it, unfiltered:
+   what the blurs do never returns. The radius is the harmonic mean of the hit distances around: near occluders vary over their own
+   distance, and it is small as soon as some rays are short. Specular history follows the surface too, but is cut where the reflection
+   has moved by more than the lobe smears: a mirror, which has no noise, keeps none while it moves.
+   Harmonic mean of hit distances as the filter's footprint: G. Ward and P. Heckbert, "Irradiance Gradients", EGWR 1992;
+   history limited by parallax: D. Zhdan, "Fast Denoising with Self-Stabilizing Recurrent Blurs", GTC 2020. */
+#version 450
+#extension GL_GOOGLE_include_directive : require
+#include "../common/pass.glsl"
+#include "../common/geometry.glsl"
+#include "../common/guide.glsl"
+#include "../common/motion.glsl"
+#include "occlusion.glsl"
+
+layout(binding = 1) uniform sampler2D in_motion;
+layout(binding = 2) uniform sampler2D in_normal_roughness;
+layout(binding = 3) uniform sampler2D in_view_z;
+layout(binding = 6) uniform sampler2D in_threshold_mix;
+layout(binding = 7) uniform usampler2D prev_tap;
+#ifdef DIFFUSE
+layout(binding = 4) uniform sampler2D in_diffuse;
+layout(binding = 5) uniform sampler2D in_diffuse_confidence;
+layout(binding = 8) uniform usampler2D prev_state;
+layout(binding = 10, r16ui) uniform writeonly uimage2D out_state;
+#endif
+#if defined(DIFFUSE) && defined(SPECULAR)
+layout(binding = 9, rg32ui) uniform writeonly uimage2D out_tap;
+layout(binding = 11) uniform sampler2D in_specular;
+layout(binding = 12) uniform sampler2D in_specular_confidence;
+#elif defined(SPECULAR)
+layout(binding = 4) uniform sampler2D in_specular;
+layout(binding = 5) uniform sampler2D in_specular_confidence;
+layout(binding = 8, rg32ui) uniform writeonly uimage2D out_tap;
+#elif defined(DIRECTIONAL)
+layout(binding = 9, rg32ui) uniform writeonly uimage2D out_tap;
+#else
+layout(binding = 9, r32ui) uniform writeonly uimage2D out_tap;
+#endif
+
+const int HALO = 2, SPAN = 8 + 2 * HALO;
+const float CHANGED_FRAMES = 4.0;   /* what history counts for after a certain change */
+/* Motion of the reflection, in footprints of the lobe, that cuts history to a quarter. 0.12 to 0.5 tried: more trails, less flickers. */
+const float LOBE_SHIFT = 0.2;
+const float LEAST_FOOTPRINT = 0.35;   /* px; below, bilinear reconstruction smears more */
+
+shared float s_view_z[SPAN * SPAN];   /* 0: none */
+shared vec2 s_samples[SPAN * SPAN];   /* normalised hit distances of the diffuse and the specular lobe, 0: not sampled */
+shared vec2 s_reciprocals[SPAN * SPAN];   /* theirs, 0: not sampled */
+shared vec4 s_changes[64];            /* of this group, per lobe: sample minus history, most that its variance can be; 0: no history to speak of */
+
+#ifdef DIRECTIONAL
+float diffuse_hit_dist(vec4 texel) { return texel.w; }
+
+/* Never longer than the hit distance. */
+vec3 load_moment(ivec2 pixel, float hit_dist)
+{
+    vec3 moment = texelFetch(in_diffuse, pixel, 0).xyz;
+    return nrd_is_finite(moment) ? moment * min(1.0, hit_dist / max(length(moment), 1e-6)) : vec3(0.0);
+}
+#else
+float diffuse_hit_dist(vec4 texel) { return texel.x; }
+vec3 load_moment(ivec2 pixel, float hit_dist) { return vec3(0.0); }
+#endif
+
+void load_samples()
+{
+    ivec2 base = ivec2(gl_WorkGroupID.xy) * 8 - HALO;
+    for (int i = int(gl_LocalInvocationIndex); i < SPAN * SPAN; i += 64) {
+        ivec2 pixel = base + ivec2(i % SPAN, i / SPAN);
+        float z = in_rect(pixel) ? texelFetch(in_view_z, pixel + rect_origin(), 0).x * g.view_z_scale : 0.0;
+        bool usable = in_rect(pixel) && !is_sky(z);
+        vec2 noisy = vec2(0.0);
+#ifdef DIFFUSE
+        if (usable) noisy.x = nrd_sanitize_norm_hit_dist(diffuse_hit_dist(texelFetch(in_diffuse, pixel, 0)));
+#endif
+#ifdef SPECULAR
+        if (usable) noisy.y = nrd_sanitize_norm_hit_dist(texelFetch(in_specular, pixel, 0).x);
+#endif
+        s_view_z[i] = usable ? z : 0.0;
+        s_samples[i] = noisy;
+        s_reciprocals[i] = mix(1.0 / max(noisy, vec2(LEAST_RADIUS)), vec2(0.0), equal(noisy, vec2(0.0)));
+    }
+    barrier();
+}
+
+/* Bilinear weights of the 2 x 2 texels from base on, 0 where a texel is not the same surface. */
+vec4 footprint(Reprojection r, ivec2 base, vec2 f, uvec2 taps[4], nrd_surface surface)
+{
+    vec2 size_prev = vec2(g.rect_width_prev, g.rect_height_prev);
+    Plane plane = make_plane(mat3(g.world_to_view_prev) * surface.normal, r.position, (vec2(base) + 0.5) / size_prev, 1.0 / size_prev, g.frustum_prev,
+                             g.orthographic_prev, 1.0 / r.tolerance, g.denoising_range_prev);
+    vec4 w = vec4((1.0 - f.x) * (1.0 - f.y), f.x * (1.0 - f.y), (1.0 - f.x) * f.y, f.x * f.y);
+    for (int i = 0; i < 4; i++) {
+        ivec2 offset = ivec2(i & 1, i >> 1);
+        bool inside = all(lessThan(uvec2(base + offset), uvec2(g.rect_width_prev, g.rect_height_prev)));
+        bool on_plane = abs(plane_distance(plane, vec2(offset), tap_relative_depth(taps[i]))) < 1.0;
+        bool same = same_material(tap_material(taps[i]), surface.material_id) && tap_bend(taps[i], surface.normal) < WIDEST_BEND;
+        if (!inside || !on_plane || tap_is_sky(taps[i]) || !same) w[i] = 0.0;
+    }
+    return w;
+}
+
+/* What the previous frame knows of this surface; frames 0: nothing. */
+struct History {
+    Lobe diffuse, specular;
+    float bend;   /* 1 - cos of the angle to its normals */
+};
+
+void add_lobe(inout Lobe sum, Lobe lobe, float w)
+{
+    sum.occlusion += w * lobe.occlusion;
+    sum.frames += w * lobe.frames;
+    sum.radius += w * lobe.radius;
+    sum.moment += w * lobe.moment;
+}
+
+History no_history() { return History(Lobe(0.0, 0.0, 0.0, vec3(0.0)), Lobe(0.0, 0.0, 0.0, vec3(0.0)), 0.0); }
+
+History fetch_history(Reprojection r, nrd_surface surface)
+{
+    vec2 position_px = r.uv * vec2(g.rect_width_prev, g.rect_height_prev), corner = floor(position_px - 0.5), f = position_px - 0.5 - corner;
+    vec2 uv = (corner + 1.0) / vec2(textureSize(prev_tap, 0));   /* where the four meet */
+    uvec4 x = textureGather(prev_tap, uv, 0).wzxy, y = uvec4(0u), states = uvec4(0u);
+#if defined(SPECULAR) || defined(DIRECTIONAL)
+    y = textureGather(prev_tap, uv, 1).wzxy;
+#endif
+#ifdef DIFFUSE
+    states = textureGather(prev_state, uv, 0).wzxy;
+#endif
+    uvec2 taps[4] = uvec2[](uvec2(x[0], y[0]), uvec2(x[1], y[1]), uvec2(x[2], y[2]), uvec2(x[3], y[3]));
+    vec4 w = footprint(r, ivec2(corner), f, taps, surface);
+    float sum = w.x + w.y + w.z + w.w;
+    History h = no_history();
+    if (!(sum > 0.01)) return h;
+    for (int i = 0; i < 4; i++) {
+        Texel texel = Texel(taps[i], states[i]);
+#ifdef DIFFUSE
+        add_lobe(h.diffuse, diffuse_lobe(texel), w[i] / sum);
+#endif
+#ifdef SPECULAR
+        add_lobe(h.specular, specular_lobe(texel), w[i] / sum);
+#endif
+        h.bend += w[i] / sum * tap_bend(taps[i], surface.normal);
+    }
+    h.diffuse.frames *= sqrt(sum);   /* part of the footprint is gone: the rest is stretched */
+    h.specular.frames *= sqrt(sum);
+    return h;
+}
+
+float threshold_at(ivec2 pixel)
+{
+    if ((SPEC_FEATURES & NRD_FEATURE_DISOCCLUSION_THRESHOLD_MIX) != 0 && has_flag(NRD_FLAG_DISOCCLUSION_MIX))
+        return mix(g.disocclusion_threshold, g.disocclusion_threshold_alternate, texelFetch(in_threshold_mix, pixel, 0).x);
+    return g.disocclusion_threshold;
+}
+
+/* Frames that specular history is worth: a static world seen in a plane at hit_dist moves over the surface by the parallax between the
+   surface and the mirrored point; what the surface itself moves counts as far as it turns the mirror. Both against the lobe's footprint. */
+float specular_limit(vec3 position, vec2 uv_prev, float hit_dist, float roughness, float bend)
+{
+    vec3 ray = g.orthographic > 0.5 ? vec3(0.0, 0.0, 1.0) : normalize(position);
+    float distance = length(position), q = hit_dist / (hit_dist + distance), alpha = max(roughness * roughness, 1e-4);
+    vec2 rect_prev = vec2(g.rect_width_prev, g.rect_height_prev);
+    vec2 still = project_prev((g.view_to_view_prev * vec4(position, 1.0)).xyz);
+    vec2 mirrored = project_prev((g.view_to_view_prev * vec4(position + ray * hit_dist, 1.0)).xyz);
+    float shift = length((mirrored - still) * rect_prev) + q * length((uv_prev - still) * rect_prev);
+    float footprint = max(alpha * q * distance / (g.pixel_unproject * mix(position.z, 1.0, g.orthographic)), LEAST_FOOTPRINT);
+    float relative = shift / (LOBE_SHIFT * footprint), lobe = alpha + 0.03;
+    float frames = g.max_accumulated_frames / ((1.0 + 3.2 * relative * relative) * (1.0 + 2.0 * bend / (lobe * lobe)));
+    return frames * clamp(frames - 0.5, 0.0, 1.0);   /* less than a frame is not worth a trail */
+}
+
+/* specular: this frame's sample, normalised. The farther of it and of what was around moves most. */
+History find_history(ivec2 pixel, float signed_z, nrd_surface surface, float specular)
+{
+    if (is_reset()) return no_history();
+    vec3 motion = texelFetch(in_motion, pixel + rect_origin(), 0).xyz * g.motion_scale.xyz;
+    Reprojection r = reproject(motion, pixel_uv(pixel), abs(signed_z), signed_z, threshold_at(pixel));
+    History h = fetch_history(r, surface);
+    bool confident = (SPEC_FEATURES & NRD_FEATURE_HISTORY_CONFIDENCE) != 0 && has_flag(NRD_FLAG_HISTORY_CONFIDENCE);
+#ifdef DIFFUSE
+    if (confident) h.diffuse.frames *= clamp(textureLod(in_diffuse_confidence, r.uv, 0.0).x, 0.0, 1.0);
+    h.diffuse.frames = min(h.diffuse.frames, g.max_accumulated_frames);
+#endif
+#ifdef SPECULAR
+    if (confident) h.specular.frames *= clamp(textureLod(in_specular_confidence, r.uv, 0.0).x, 0.0, 1.0);
+    vec3 position = view_position(pixel_uv(pixel), abs(signed_z), g.frustum, g.orthographic);
+    float hit_dist = nrd_denormalize_hit_dist(max(specular, h.specular.radius), position.z, surface.roughness, g.hit_distance);
+    h.specular.frames = min(h.specular.frames, specular_limit(position, r.uv, hit_dist, surface.roughness, h.bend));
+#endif
+    return h;
+}
+
+/* Sums over a lobe's samples on the same plane. */
+struct Sums {
+    vec2 samples;   /* number, reciprocal */
+    float occlusion;
+    vec3 changes;   /* number, sample minus history, variance */
+};
+struct Around { Sums diffuse, specular; };
+
+/* with_occlusion: that sum is wanted too, which is rare. */
+void add_sample(inout Sums sums, bool same, int at, int lobe, bool with_occlusion, vec2 change)
+{
+    float reciprocal = s_reciprocals[at][lobe];
+    sums.samples += same && reciprocal > 0.0 ? vec2(1.0, reciprocal) : vec2(0.0);
+    if (with_occlusion && same) sums.occlusion += s_samples[at][lobe];
+    sums.changes += same && change.y > 0.0 ? vec3(1.0, change) : vec3(0.0);
+}
+
+Around look_around(ivec2 pixel, float z, vec3 normal, bvec2 with_occlusion)
+{
+    vec2 uv = pixel_uv(pixel);
+    ivec2 local = ivec2(gl_LocalInvocationID.xy);
+    Plane plane = make_plane(normal * mat3(g.view_to_world), view_position(uv, z, g.frustum, g.orthographic), uv, 1.0 / vec2(rect_size()), g.frustum,
+                             g.orthographic, 1.0 / plane_tolerance(g.plane_distance_sensitivity, z), 1.0);
+    Sums none = Sums(vec2(0.0), 0.0, vec3(0.0));
+    Around a = Around(none, none);
+    for (int i = 0; i < 25; i++) {
+        ivec2 offset = ivec2(i % 5, i / 5), in_group = local + offset - HALO;
+        int at = (local.y + offset.y) * SPAN + local.x + offset.x;
+        bool same = s_view_z[at] != 0.0 && abs(plane_distance(plane, vec2(offset - HALO), abs(s_view_z[at]))) < 1.0;
+        bool inside = all(lessThan(uvec2(in_group), uvec2(8u)));
+        vec4 change = inside ? s_changes[in_group.y * 8 + in_group.x] : vec4(0.0);
+#ifdef DIFFUSE
+        add_sample(a.diffuse, same, at, 0, with_occlusion.x, change.xy);
+#endif
+#ifdef SPECULAR
+        add_sample(a.specular, same, at, 1, with_occlusion.y, change.zw);
+#endif
+    }
+    return a;
+}
+
+/* What a sample says about history. Its variance is not known, but a mean h of numbers in [0,1] allows no more than h (1 - h). */
+vec2 change_of(Lobe h, float noisy)
+{
+    return noisy > 0.0 && h.frames > CHANGED_FRAMES ? vec2(noisy - h.occlusion, max(h.occlusion * (1.0 - h.occlusion), 1e-3)) : vec2(0.0);
+}
+
+/* Where the samples around differ from their histories by more than chance allows, something has moved: history is shifted by the
+   difference, which keeps its detail, and counts as short. */
+Lobe follow(Lobe h, Sums around)
+{
+    float n = max(around.changes.x, 1.0), difference = around.changes.y / n, error = sqrt(around.changes.z) / n;
+    float certainty = around.changes.x < 8.0 ? 0.0 : clamp(abs(difference) / (g.antilag_sigma_scale * error + 1e-6) - 1.0, 0.0, 1.0);
+    if (h.frames <= CHANGED_FRAMES) return h;
+    h.occlusion = clamp(h.occlusion + certainty * difference, 0.0, 1.0);
+    h.frames = mix(h.frames, CHANGED_FRAMES, certainty);
+    h.radius = mix(h.radius, around.samples.x / max(around.samples.y, 1.0), certainty);
+    return h;
+}
+
+/* A pixel that was not sampled keeps what it knows, or takes its neighbours' mean. sums: of look_around(). */
+Lobe accumulate(Lobe h, float noisy, vec3 moment, Sums sums)
+{
+    vec2 around = sums.samples;
+    h = follow(h, sums);
+    float alpha = 1.0 / (1.0 + h.frames);
+    bool sampled = noisy > 0.0, fresh = !(h.frames > 0.0);
+    h.radius = around.x > 0.0 ? mix(h.radius, around.x / around.y, alpha) : fresh ? 1.0 : h.radius;
+    if (sampled) h.moment = mix(h.moment, moment, alpha);
+    if (sampled) h.occlusion = mix(h.occlusion, noisy, alpha);
+    else if (fresh) h.occlusion = sums.occlusion / max(around.x, 1.0);
+    if (sampled || fresh) h.frames = min(h.frames + 1.0, 63.0);
+    return h;
+}
+
+void main()
+{
+    load_samples();
+    ivec2 pixel = ivec2(gl_GlobalInvocationID.xy), local = ivec2(gl_LocalInvocationID.xy) + HALO;
+    float signed_z = s_view_z[local.y * SPAN + local.x], z = abs(signed_z);
+    vec2 noisy = s_samples[local.y * SPAN + local.x];
+    bool visible = z != 0.0;   /* in the rectangle, not sky */
+    History h = no_history();
+    nrd_surface surface;
+    if (visible) {
+        surface = nrd_decode_normal_roughness(texelFetch(in_normal_roughness, pixel + rect_origin(), 0), SPEC_NORMAL_FORMAT, SPEC_ROUGHNESS_FORMAT);
+        h = find_history(pixel, signed_z, surface, noisy.y);
+    }
+    s_changes[gl_LocalInvocationIndex] = vec4(change_of(h.diffuse, noisy.x), change_of(h.specular, noisy.y));
+    barrier();
+    if (!visible) {
+        if (in_rect(pixel)) imageStore(out_tap, pixel, uvec4(TAP_SKY, 0u, 0u, 0u));
+        return;
+    }
+    bvec2 unknown = bvec2(noisy.x <= 0.0 && h.diffuse.frames <= 0.0, noisy.y <= 0.0 && h.specular.frames <= 0.0);
+    Around around = look_around(pixel, z, surface.normal, unknown);
+    Lobe d = accumulate(h.diffuse, noisy.x, load_moment(pixel, noisy.x), around.diffuse), s = accumulate(h.specular, noisy.y, vec3(0.0), around.specular);
+    float random = (float(hash(uint(pixel.x), uint(pixel.y), g.frame_index) >> 24) + 0.5) / 256.0;
+    Texel texel = pack_lobes(pack_surface(z, surface), d, s, random);
+    imageStore(out_tap, pixel, uvec4(texel.tap, 0u, 0u));
+#ifdef DIFFUSE
+    imageStore(out_state, pixel, uvec4(texel.state, 0u, 0u, 0u));
+#endif
+}
