@@ -53,15 +53,16 @@ void atrous(Center c, inout vec4 color[SIGNALS])
     AtrousSums sums[SIGNALS];
     UNROLL for (int s = 0; s < SIGNALS; s++) sums[s] = start_sums(color[s]);
     if (CROSS) {
-        ivec2 axis = is_turned(c.pixel, color) ? ivec2(1) : ivec2(1, 0), side = ivec2(-axis.y, axis.x);
+        bool turned = is_turned(c.pixel, color);
         UNROLL for (int i = 0; i < 4; i++) {
-            ivec2 grid = (i & 1) == 0 ? axis : side;
-            add_neighbour(c, find_neighbour(c, i < 2 ? grid : -grid), 0.75, sums);
+            const ivec2 axes[4] = ivec2[4](ivec2(1, 0), ivec2(0, 1), ivec2(-1, 0), ivec2(0, -1));
+            const ivec2 diagonals[4] = ivec2[4](ivec2(1, 1), ivec2(-1, 1), ivec2(-1, -1), ivec2(1, -1));
+            add_neighbour(c, find_neighbour(c, turned ? diagonals[i] : axes[i], turned ? vec2(diagonals[i]) : vec2(axes[i])), 0.75, sums);
         }
     } else {
         UNROLL for (int i = 0; i < 9; i++) {
             ivec2 grid = ivec2(i % 3, i / 3) - 1;
-            if (i != 4) add_neighbour(c, find_neighbour(c, grid), kernel(grid), sums);
+            if (i != 4) add_neighbour(c, find_neighbour(c, grid, vec2(grid)), kernel(grid), sums);
         }
     }
     UNROLL for (int s = 0; s < SIGNALS; s++) color[s] = vec4(sums[s].color, sqrt(sums[s].noise)) / sums[s].weight;

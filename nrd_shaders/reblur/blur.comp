@@ -92,7 +92,7 @@ void main()
     UNROLL for (int i = 0; i < 9; i++) {
         if (i == 4 || !is_filtering()) continue;
         ivec2 grid = ivec2(i % 3, i / 3) - 1;
-        Neighbour n = find_neighbour(c, grid);
+        Neighbour n = find_neighbour(c, grid, vec2(grid));
         uvec2 guide_tap = texelFetch(in_guide, n.pixel, 0).xy;
         float geometry = plane_weight(c, n, guide_tap.x) * kernel(grid), bend = normal_bend(c, guide_tap);
         UNROLL for (int s = 0; s < SIGNALS; s++) {

@@ -70,12 +70,12 @@ Center make_center(ivec2 pixel, uvec2 guide, float slack, float tracked)
     return c;
 }
 
-/* grid: in steps. The offset is not converted from the pixel: conversions are slow. */
-Neighbour find_neighbour(Center c, ivec2 grid)
+/* grid: in steps, given twice: conversions are slow. */
+Neighbour find_neighbour(Center c, ivec2 grid, vec2 grid_float)
 {
     Neighbour n;
     n.pixel = c.pixel + grid * push.step_size;
-    n.offset = vec2(grid) * float(push.step_size);
+    n.offset = grid_float * float(push.step_size);
     n.inside = all(lessThan(uvec2(n.pixel), uvec2(rect_size())));
     if (!n.inside) n.pixel = c.pixel;
     return n;

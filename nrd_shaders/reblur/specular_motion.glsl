@@ -1,8 +1,8 @@
 /* Finds, for the specular signal, where the previous frame saw the same reflected point: the surface moves one way, what it mirrors another.
    The point of the previous frame's surface that mirrored it is found by a Newton step on that frame's own positions and normals, with
-   the curvature of this frame's; then both histories, of the surface and of the reflection, count as far as they can be the same light.
-   Reflection geometry as in J. Tessendorf's and others' specular manifold walks: W. Jakob, S. Marschner, "Manifold Exploration",
-   SIGGRAPH 2012; surface against virtual history: D. Zhdan, GTC 2020.
+   the curvature of this frame's; the history of the surface or that of the reflection is taken, whichever can be the same light for longer.
+   Newton steps on a reflecting surface: W. Jakob, S. Marschner, "Manifold Exploration", SIGGRAPH 2012; surface against virtual
+   history: D. Zhdan, GTC 2020.
 
    Everything is scaled by two numbers: q = hit distance / (hit distance + distance to the camera), and the footprint, the width in pixels
    of what the lobe sees. World space is relative to the current camera. */

@@ -122,7 +122,7 @@ uint accumulate(ivec2 pixel, int signal, vec4 noisy, inout History h, float rand
 void denoise(ivec2 pixel)
 {
     float signed_z = in_rect(pixel) ? texelFetch(in_view_z, pixel + rect_origin(), 0).x * g.view_z_scale : 0.0, z = abs(signed_z);
-    UNROLL for (int s = 0; s < SIGNALS; s++) s_sums[s][gl_LocalInvocationIndex] = vec4(0.0);
+    for (int s = 0; s < SIGNALS; s++) s_sums[s][gl_LocalInvocationIndex] = vec4(0.0);
     if (!in_rect(pixel)) return;
     if (is_sky(signed_z)) {
         imageStore(out_guide, pixel, uvec4(GUIDE_SKY, 0u, 0u, 0u));
@@ -167,13 +167,13 @@ void write_tiles()
 {
     uint i = gl_LocalInvocationIndex;
     barrier();
-    UNROLL for (int s = 0; s < SIGNALS && i < 8u; s++) {
+    for (int s = 0; s < SIGNALS && i < 8u; s++) {
         vec4 row = vec4(0.0);
         for (uint k = 0u; k < 8u; k++) row += s_sums[s][i + 8u * k];
         s_sums[s][i] = row;
     }
     barrier();
-    UNROLL for (int s = 0; s < SIGNALS && i == 0u; s++) {
+    for (int s = 0; s < SIGNALS && i == 0u; s++) {
         vec4 sum = vec4(0.0);
         for (uint k = 0u; k < 8u; k++) sum += s_sums[s][k];
         float n = max(sum.w, 1.0);
