@@ -31,32 +31,36 @@ layout(binding = 10, r8) uniform writeonly image2D out_stabilized;
 #endif
 
 const int REACH = 4;                     /* px */
-const int TAPS = 32;                     /* support is looked for around the pixel in 5 x 5 and on a ring of 8 */
-const uint RING_X = 0x74101478u;         /* a hexadecimal digit each, plus 4: (4 0) (3 3) (0 4) (-3 3) (-4 0) (-3 -3) (0 -4) (3 -3) */
-const uint RING_Y = 0x10147874u;
+const int PAIRS = 16;                    /* support is looked for around the pixel in 5 x 5 and on a ring of 8: as many pairs of opposite places */
+/* A hexadecimal digit each: x plus 4, and y. Rows of 5 x 5, then the ring. */
+const uint PAIR_X[2] = uint[2](0x26543232u, 0x14786543u);
+const uint PAIR_Y[2] = uint[2](0x21111100u, 0x34302222u);
 const int SIDE = 8 + 2 * REACH;
+const int STRIDE = SIDE + 8;             /* the four rows that are read at a time lie in different banks */
 const uint QUADS = uint(SIDE / 2);
 
-/* Of the tile and REACH pixels around it. */
-shared float s_penumbra[SIDE * SIDE];    /* half width, units; 0 faces away, LIT, or NOTHING */
-shared float s_view_z[SIDE * SIDE];      /* with its sign */
+/* Of the tile and REACH pixels around it.
+   x: view z with its sign. y: closeness of the occluder, 1 / (half width of the penumbra + size of a pixel), or one of the values below */
+shared vec2 s_ray[SIDE * STRIDE];
 #ifdef TRANSLUCENCY
-shared uint s_color[SIDE * SIDE];        /* of blocked rays */
+shared uint s_color[SIDE * STRIDE];      /* of blocked rays */
 #endif
-shared uint s_kinds;
+shared uint s_kinds[QUADS];              /* of a row of quads, a bit for each: lit in the first byte, then blocked, colored */
 
-const float LIT = NRD_HIT_DIST_MISS;
-const float NOTHING = -1.0;              /* sky, outside the rectangle */
+const float LIT = 1e-20;                 /* below that of any blocked ray, and its reciprocal is finite */
+const float FACES_AWAY = -1.0;
+const float NOTHING = -2.0;              /* sky, outside the rectangle */
 const uint KIND_LIT = 1u;
-const uint KIND_BLOCKED = 2u;
-const uint KIND_COLORED = 4u;
+const uint KIND_BLOCKED = 1u << 8;
+const uint KIND_COLORED = 1u << 16;
 
-float sanitize_penumbra(float p) { return p >= LIT ? LIT : p > 0.0 ? p : 0.0; }   /* NaN: 0 */
+/* NaN: faces away */
+float closeness_of(float penumbra, float z) { return penumbra >= NRD_HIT_DIST_MISS ? LIT : penumbra > 0.0 ? 1.0 / (penumbra + pixel_size(z)) : FACES_AWAY; }
 
-/* What the ray at this place of the tile tells. */
-Visibility ray_visibility(int at)
+/* What a ray tells that lies at this place of the tile and is that close. */
+Visibility ray_visibility(int at, float closeness)
 {
-    if (s_penumbra[at] == LIT) return ALL_LIGHT;
+    if (closeness == LIT) return ALL_LIGHT;
 #ifdef TRANSLUCENCY
     return unpackUnorm4x8(s_color[at]).xyz;
 #else
@@ -78,45 +82,53 @@ bool differ(Visibility a, Visibility b)
 
 #ifdef TRANSLUCENCY
 /* NaN: 0 */
-uint load_color(ivec2 place, ivec2 pixel)
+uint load_color(int at, ivec2 pixel)
 {
     vec4 texel = texelFetch(in_translucency, pixel, 0);
     uint color = packUnorm4x8(vec4(nrd_is_finite(texel.xyz) ? texel.xyz : vec3(0.0), 0.0));
-    s_color[place.y * SIDE + place.x] = color;
+    s_color[at] = color;
     return color == 0u ? 0u : KIND_COLORED;
 }
 #endif
 
 /* Four texels of one gather each. */
-uint load_quad(uint quad)
+uint load_quad(ivec2 place)
 {
-    ivec2 place = ivec2(quad % QUADS, quad / QUADS) * 2, base = ivec2(gl_WorkGroupID.xy) * 8 - REACH + place;
+    ivec2 base = ivec2(gl_WorkGroupID.xy) * 8 - REACH + place;
     vec4 z = textureGather(in_view_z, vec2(base + rect_origin() + 1) / vec2(textureSize(in_view_z, 0)), 0).wzxy * g.view_z_scale;
     vec4 p = textureGather(in_penumbra, vec2(base + 1) / vec2(textureSize(in_penumbra, 0)), 0).wzxy;
+    bvec2 columns = lessThan(uvec2(base.x, base.x + 1), uvec2(g.rect_width)), rows = lessThan(uvec2(base.y, base.y + 1), uvec2(g.rect_height));
     uint kinds = 0u;
-    for (int i = 0; i < 4; i++) {
-        ivec2 offset = ivec2(i & 1, i >> 1);
-        bool surface = in_rect(base + offset) && !is_sky(z[i]);
-        float penumbra = surface ? sanitize_penumbra(p[i]) : NOTHING;
-        int at = (place.y + offset.y) * SIDE + place.x + offset.x;
-        s_penumbra[at] = penumbra;
-        s_view_z[at] = z[i];
-        kinds |= penumbra == LIT ? KIND_LIT : penumbra > 0.0 ? KIND_BLOCKED : 0u;
+    UNROLL for (int i = 0; i < 4; i++) {
+        bool surface = columns[i & 1] && rows[i >> 1] && !is_sky(z[i]);
+        float closeness = surface ? closeness_of(p[i], abs(z[i])) : NOTHING;
+        int at = (place.y + (i >> 1)) * STRIDE + place.x + (i & 1);
+        s_ray[at] = vec2(z[i], closeness);
+        kinds |= closeness == LIT ? KIND_LIT : closeness > 0.0 ? KIND_BLOCKED : 0u;
 #ifdef TRANSLUCENCY
-        if (penumbra > 0.0 && penumbra != LIT) kinds |= load_color(place + offset, base + offset);
+        if (closeness > LIT) kinds |= load_color(at, base + ivec2(i & 1, i >> 1));
         else s_color[at] = 0u;
 #endif
     }
     return kinds;
 }
 
-ivec2 tap_offset(int i)
+int centre_index() { return (int(gl_LocalInvocationID.y) + REACH) * STRIDE + int(gl_LocalInvocationID.x) + REACH; }
+
+ivec2 pair_offset(int i)
 {
-    int dense = i < 12 ? i : i + 1, ring = 4 * (i - 24);
-    return i < 24 ? ivec2(dense % 5, dense / 5) - 2 : ivec2((RING_X >> ring) & 15u, (RING_Y >> ring) & 15u) - 4;
+    int digit = 4 * (i & 7);
+    return ivec2(int(PAIR_X[i >> 3] >> digit & 15u) - 4, int(PAIR_Y[i >> 3] >> digit & 15u));
 }
 
-int shared_index(ivec2 offset) { ivec2 p = ivec2(gl_LocalInvocationID.xy) + REACH + offset; return p.y * SIDE + p.x; }
+/* False if no ray in reach tells anything else: seen from the quads' kinds. */
+bool may_be_penumbra(float closeness)
+{
+    uint column = gl_LocalInvocationID.x >> 1, row = gl_LocalInvocationID.y >> 1, kinds = 0u;
+    UNROLL for (uint i = 0u; i <= uint(REACH); i++) kinds |= s_kinds[row + i];
+    kinds >>= column;
+    return (kinds & 31u * (KIND_COLORED | (closeness == LIT ? KIND_BLOCKED : KIND_LIT))) != 0u;
+}
 
 /* ---- support */
 struct Support {
@@ -125,71 +137,91 @@ struct Support {
     float count;     /* effective number of those rays */
 };
 
-Plane centre_plane(vec3 position_vs, vec3 normal_vs, vec2 uv)
-{
-    float tolerance = max(g.plane_distance_sensitivity * frustum_size(position_vs.z), 4.0 * DEPTH_ERROR * position_vs.z);
-    return make_plane(normal_vs, position_vs, uv, 1.0 / vec2(rect_size()), g.frustum, g.orthographic, 1.0 / tolerance, 1.0);
-}
+/* What decides whether rays around a pixel belong to it. */
+struct Around {
+    LightFrame frame;
+    Plane plane;
+    vec2 depth;          /* depth relative to the centre's = z * x + y; 1 in orthographic views */
+    float most;          /* closeness that is believed, at most: where the horizon of the surface cuts the light in two, rays are blocked by the
+                            surface itself at once, and the penumbra is that of the terminator, not of an occluder */
+    float light_distance;
+};
 
-/* Distance to the occluder from the half width of its penumbra, units; huge where the light's size is unknown. */
-float occluder_distance(float penumbra, float light_distance)
-{
-    return penumbra * mix(1.0, light_distance, g.light.w) / max(g.light_radius + penumbra * g.light.w, 1e-20);
-}
+const float TERMINATOR_PX = 4.0;   /* least half width there */
 
-/* Least half width of what a blocked ray tells, units. Where the horizon of the surface cuts the light in two, rays are blocked by the surface
-   itself at once: the penumbra is that of the terminator, not of an occluder. */
-const float TERMINATOR_PX = 4.0;
-
-float least_penumbra(LightFrame f, vec3 position_vs, vec3 normal_vs, float light_distance)
+float most_closeness(LightFrame f, vec3 position_vs, vec3 normal_vs, float light_distance)
 {
     float half_angle = g.light_radius / mix(1.0, light_distance, g.light.w);
-    return abs(dot(normal_vs, to_light(position_vs, normal_vs))) < half_angle ? TERMINATOR_PX * f.pixel : 0.0;
+    return abs(dot(normal_vs, to_light(position_vs, normal_vs))) < half_angle ? 1.0 / ((TERMINATOR_PX + 1.0) * f.pixel) : 1e30;
 }
 
-/* Half width of the penumbra at the centre: mean over blocked rays whose penumbra reaches it. Small ones count more, because the
-   occluder that is near makes the edge. */
-float penumbra_at_centre(LightFrame f, Plane plane, float centre, float least, float light_distance, out uint usable)
+Around make_around(vec3 position_vs, vec3 normal_vs, vec2 uv)
 {
-    Visibility own = ray_visibility(shared_index(ivec2(0)));
-    vec2 sum = centre == LIT ? vec2(0.0) : vec2(centre, 1.0) / (centre + f.pixel);
-    bool supported = false;
-    float own_reach = centre == LIT ? 0.0 : centre + 0.5 * f.pixel;
+    float tolerance = max(g.plane_distance_sensitivity * frustum_size(position_vs.z), 4.0 * DEPTH_ERROR * position_vs.z);
+    Around a;
+    a.frame = make_light_frame(position_vs, normal_vs);
+    a.plane = make_plane(normal_vs, position_vs, uv, 1.0 / vec2(rect_size()), g.frustum, g.orthographic, 1.0 / tolerance, 1.0);
+    a.depth = vec2((1.0 - g.orthographic) / position_vs.z, g.orthographic);
+    a.light_distance = mix(1.0, distance(g.light.xyz, position_vs), g.light.w);
+    a.most = most_closeness(a.frame, position_vs, normal_vs, distance(g.light.xyz, position_vs));
+    return a;
+}
+
+/* The distance to the occluder is penumbra * light_distance / (light_radius + penumbra * light.w), huge where the light's size is unknown. With
+   penumbra = 1 / closeness - pixel: true if half of it is farther than this, units. */
+bool occluder_is_beyond(float along, float closeness, Around a)
+{
+    return along * (closeness * (g.light_radius - a.frame.pixel * g.light.w) + g.light.w) <= 0.5 * a.light_distance * (1.0 - a.frame.pixel * closeness);
+}
+
+/* Half width of the penumbra at the centre: mean over blocked rays whose penumbra reaches it. Small ones count more, by their closeness, because the
+   occluder that is near makes the edge. usable: a bit for each ray that lies on the surface. */
+float penumbra_at_centre(Around a, float closeness, out uint usable)
+{
+    int centre = centre_index();
+    Visibility own = ray_visibility(centre, closeness);
+    bool lit = closeness == LIT, supported = false;
+    float count = lit ? 0.0 : 1.0, sum = lit ? 0.0 : closeness, pixel = a.frame.pixel, own_reach = lit ? 0.0 : 1.0 / closeness - 0.5 * pixel;
     usable = 0u;
-    for (int i = 0; i < TAPS; i++) {
-        ivec2 offset = tap_offset(i);
-        int at = shared_index(offset);
-        float p = s_penumbra[at];
-        if (!(p > 0.0) || abs(plane_distance(plane, vec2(offset), abs(s_view_z[at]))) > 1.0) continue;
-        usable |= 1u << i;
-        vec2 on_plane = pixels_to_plane(f, vec2(offset));
-        float across = across_squared(f, on_plane);
-        bool other = differ(own, ray_visibility(at));
-        supported = supported || (other && across <= own_reach * own_reach);
-        if (p == LIT) continue;
-        p = max(p, least);
-        float reach = 2.0 * p + 0.5 * f.pixel;
-        bool reaches = across <= reach * reach && abs(dot(f.along, on_plane)) <= 0.5 * occluder_distance(p, light_distance) + f.pixel;
-        float w = reaches ? 1.0 / (p + f.pixel) : 0.0;
-        supported = supported || (other && reaches);
-        sum += vec2(p, 1.0) * w;
+    UNROLL for (int i = 0; i < PAIRS; i++) {
+        ivec2 place = pair_offset(i);
+        vec2 offset = vec2(place);
+        float across = sqrt(across_squared(a.frame, offset)), along = abs(dot(a.frame.along, offset));
+        UNROLL for (int side = 0; side < 2; side++) {
+            float sign = side == 0 ? 1.0 : -1.0;
+            int at = centre + (side == 0 ? 1 : -1) * (place.y * STRIDE + place.x);
+            vec2 ray = s_ray[at];
+            float z = abs(ray.x), depth = z * a.depth.x + a.depth.y, near = min(ray.y, a.most), distance = across * depth;
+            bool on_plane = ray.y > 0.0 && abs(plane_distance(a.plane, sign * offset, z)) <= 1.0;
+            bool blocked = on_plane && ray.y != LIT;
+            bool reaches = blocked && near * (distance + 1.5 * pixel) <= 2.0 && occluder_is_beyond(along * depth - pixel, near, a);
+            count += reaches ? 1.0 : 0.0;
+            sum += reaches ? near : 0.0;
+            supported = supported || (on_plane && (reaches || distance <= own_reach) && differ(own, ray_visibility(at, ray.y)));
+            usable |= on_plane ? 1u << (2 * i + side) : 0u;
+        }
     }
-    return supported && sum.y > 0.0 ? sum.x / sum.y : 0.0;
+    return supported && sum > 0.0 ? count / sum - pixel : 0.0;
 }
 
-void gather_mean(LightFrame f, uint usable, float least, inout Support s)
+void gather_mean(Around a, float closeness, uint usable, inout Support s)
 {
-    float k = max(0.6 * s.width, 0.7 * f.pixel), scale = -1.5 * 1.442695 / (k * k), weight = 1.0, squares = 1.0;
-    Visibility sum = ray_visibility(shared_index(ivec2(0)));
-    for (int i = 0; i < TAPS; i++) {
-        if ((usable >> i & 1u) == 0u) continue;
-        ivec2 offset = tap_offset(i);
-        int at = shared_index(offset);
-        float narrower = min(max(s_penumbra[at], least) / s.width, 1.0);   /* LIT is wider than any */
-        float w = exp2(scale * across_squared(f, pixels_to_plane(f, vec2(offset)))) * narrower;
-        sum += w * ray_visibility(at);
-        weight += w;
-        squares += w * w;
+    int centre = centre_index();
+    float k = max(0.6 * s.width, 0.7 * a.frame.pixel), scale = -1.5 * 1.442695 / (k * k), weight = 1.0, squares = 1.0, per_width = 1.0 / s.width;
+    Visibility sum = ray_visibility(centre, closeness);
+    UNROLL for (int i = 0; i < PAIRS; i++) {
+        ivec2 place = pair_offset(i);
+        float exponent = scale * across_squared(a.frame, vec2(place));
+        UNROLL for (int side = 0; side < 2; side++) {
+            int at = centre + (side == 0 ? 1 : -1) * (place.y * STRIDE + place.x);
+            vec2 ray = s_ray[at];
+            float depth = abs(ray.x) * a.depth.x + a.depth.y;
+            float narrower = min((1.0 / min(ray.y, a.most) - a.frame.pixel) * per_width, 1.0);
+            float w = (usable & 1u << (2 * i + side)) != 0u ? exp2(exponent * depth * depth) * narrower : 0.0;
+            sum += w * ray_visibility(at, ray.y);
+            weight += w;
+            squares += w * w;
+        }
     }
     s.mean = sum / weight;
     s.count = weight * weight / squares;
@@ -263,37 +295,36 @@ Visibility clamp_history(Visibility mean, Support s)
     return clamp(mean, s.mean - slack, s.mean + slack);
 }
 
-void pass_on(ivec2 pixel, float z, float penumbra)
+/* The ray as it is. closeness: with what the terminator allows. */
+void pass_on(ivec2 pixel, float z, float closeness)
 {
-    Visibility v = ray_visibility(shared_index(ivec2(0)));
-    float width_px = penumbra == LIT ? WIDTH_ANY : penumbra / (g.pixel_unproject * mix(z, 1.0, g.orthographic));
-    uint depth = penumbra > 0.0 ? pack_depth(z) : DEPTH_NONE;   /* what faces away is no neighbour of what does not */
+    Visibility v = ray_visibility(centre_index(), closeness);
+    float width_px = closeness == LIT ? WIDTH_ANY : max(1.0 / (closeness * pixel_size(z)) - 1.0, 0.0);
+    uint depth = closeness > 0.0 ? pack_depth(z) : DEPTH_NONE;   /* what faces away is no neighbour of what does not */
     imageStore(out_mean, pixel, uvec4(pack_mean(depth, v, 0.5, 0u, width_px, 0.0), 0u, 0u));
-    if (penumbra != NOTHING) imageStore(out_shadow, pixel, shadow_texel(v));
+    if (closeness != NOTHING) imageStore(out_shadow, pixel, shadow_texel(v));
 }
 
-void accumulate(ivec2 pixel, float signed_z, float penumbra)
+void accumulate(ivec2 pixel, float signed_z, float closeness)
 {
     vec2 uv = pixel_uv(pixel);
     float z = abs(signed_z);
     vec3 position_vs = view_position(uv, z, g.frustum, g.orthographic), normal_vs = load_normal_vs(in_normal_roughness, pixel);
-    LightFrame f = make_light_frame(position_vs, normal_vs);
-    float light_distance = distance(g.light.xyz, position_vs);
+    Around a = make_around(position_vs, normal_vs, uv);
     uint usable;
     Support s = Support(0.0, NO_LIGHT, 0.0);
-    float least = least_penumbra(f, position_vs, normal_vs, light_distance);
-    penumbra = max(penumbra, least);
-    s.width = penumbra_at_centre(f, centre_plane(position_vs, normal_vs, uv), penumbra, least, light_distance, usable);
+    closeness = min(closeness, a.most);
+    s.width = penumbra_at_centre(a, closeness, usable);
     if (!(s.width > 0.0)) {
-        pass_on(pixel, z, penumbra);
+        pass_on(pixel, z, closeness);
         return;
     }
-    gather_mean(f, usable, least, s);
+    gather_mean(a, closeness, usable, s);
     History h = no_history();
-    float width_px = s.width / f.pixel;
+    float width_px = s.width / a.frame.pixel;
     if (!is_reset()) h = fetch_history(pixel, uv, position_vs, normal_vs, signed_z, width_px);
     float frames = min(h.frames * smoothstep(0.25, 0.5, width_px), g.max_accumulated_frames);
-    Visibility v = mix(clamp_history(h.mean, s), ray_visibility(shared_index(ivec2(0))), 1.0 / (1.0 + frames));
+    Visibility v = mix(clamp_history(h.mean, s), ray_visibility(centre_index(), closeness), 1.0 / (1.0 + frames));
     uint length = uint(min(frames + 1.0, 15.0) + 0.5);
     imageStore(out_mean, pixel, uvec4(pack_mean(pack_depth(z), v, random_of(pixel, 0u), length, width_px, h.stabilized), 0u, 0u));
 #ifndef TRANSLUCENCY
@@ -301,26 +332,31 @@ void accumulate(ivec2 pixel, float signed_z, float penumbra)
 #endif
 }
 
+/* kinds: of all rays in reach of the tile. */
+void store_tile(uint kinds, bool active_tile, uint before)
+{
+    bool whole = !is_reset() && ((g.rect_width ^ g.rect_width_prev) | (g.rect_height ^ g.rect_height_prev) | opaque_zero()) == 0u;
+    uint now = (active_tile ? TILE_ACTIVE : 0u) | ((kinds & 255u * KIND_LIT) != 0u ? TILE_LIT : 0u);
+    if (!whole || ((before ^ now) & (TILE_ACTIVE | TILE_LIT)) != 0u) now |= TILE_STALE;
+    imageStore(out_tile, ivec2(gl_WorkGroupID.xy), vec4(float(now) / 255.0));
+}
+
 void main()
 {
-    ivec2 pixel = ivec2(gl_GlobalInvocationID.xy);
-    uint i = gl_LocalInvocationIndex;
-    if (i == 0u) s_kinds = 0u;
+    ivec2 pixel = ivec2(gl_GlobalInvocationID.xy), place = ivec2(gl_LocalInvocationID.xy);
+    uint i = gl_LocalInvocationIndex, before = 0u, kinds;
+    if (i < QUADS) s_kinds[i] = 0u;
+    if (i == 0u) before = unpack_tile(texelFetch(prev_tile, ivec2(gl_WorkGroupID.xy), 0).x);
     barrier();
-    uint kinds = load_quad(i);   /* 8 x 8 quads, one a thread */
-    if (kinds != 0u) atomicOr(s_kinds, kinds);
+    kinds = load_quad(2 * place);   /* 8 x 8 quads, one a thread */
+    if (kinds != 0u) atomicOr(s_kinds[place.y], kinds << place.x);
     barrier();
-    bool active_tile = (s_kinds & KIND_COLORED) != 0u || (s_kinds & (KIND_LIT | KIND_BLOCKED)) == (KIND_LIT | KIND_BLOCKED);
-    if (i == 0u) {
-        bool whole = !is_reset() && ((g.rect_width ^ g.rect_width_prev) | (g.rect_height ^ g.rect_height_prev) | opaque_zero()) == 0u;
-        uint before = unpack_tile(texelFetch(prev_tile, ivec2(gl_WorkGroupID.xy), 0).x), now = active_tile ? TILE_ACTIVE : 0u;
-        now |= (s_kinds & KIND_LIT) != 0u ? TILE_LIT : 0u;
-        if (!whole || ((before ^ now) & (TILE_ACTIVE | TILE_LIT)) != 0u) now |= TILE_STALE;
-        imageStore(out_tile, ivec2(gl_WorkGroupID.xy), vec4(float(now) / 255.0));
-    }
+    kinds = 0u;
+    UNROLL for (uint row = 0u; row < QUADS; row++) kinds |= s_kinds[row];
+    bool active_tile = (kinds & 255u * KIND_COLORED) != 0u || ((kinds & 255u * KIND_LIT) != 0u && (kinds & 255u * KIND_BLOCKED) != 0u);
+    if (i == 0u) store_tile(kinds, active_tile, before);
     if (!in_rect(pixel)) return;
-    int at = shared_index(ivec2(0));
-    float penumbra = s_penumbra[at];
-    if (active_tile && penumbra > 0.0) accumulate(pixel, s_view_z[at], penumbra);
-    else pass_on(pixel, abs(s_view_z[at]), penumbra);
+    vec2 ray = s_ray[centre_index()];
+    if (active_tile && ray.y > 0.0 && may_be_penumbra(ray.y)) accumulate(pixel, ray.x, ray.y);
+    else pass_on(pixel, abs(ray.x), ray.y);
 }
