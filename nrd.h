@@ -529,7 +529,7 @@ typedef struct nrdi_use { uint8_t what, access, condition, stand_in; } nrdi_use;
 typedef struct nrdi_pass_row {
     const char *name, *shader;
     uint8_t condition, feature;  /* feature: NRD_FEATURE_ bit without which the pass does not exist */
-    uint8_t tiles;               /* 1: one thread per tile instead of per pixel */
+    uint8_t span;                /* pixels of a thread, in x and in y; 0: one */
     uint8_t iteration;           /* of the spatial filter; its step doubles with each */
     nrdi_use uses[NRDI_MAX_USES]; /* up to the first with what == 0 && access == NRDI_END */
 } nrdi_pass_row;
@@ -599,7 +599,7 @@ enum { NRDI_TAP, NRDI_STATE };
     { "pre-pass" text, shader, prepass, NRD_FEATURE_PREPASS, 0, 0, \
       { NRDI_IN(IN_NORMAL_ROUGHNESS), NRDI_IN(IN_VIEWZ), NRDI_IN(IN_##S##_RADIANCE_HITDIST), NRDI_OUT(OUT_##S##_RADIANCE_HITDIST), NRDI_STOP } }
 #define NRDI_LIGHTING_CHANGE(S, text) \
-    { "lighting change" text, "reblur_lighting_change", NRDI_IF_ANTILAG, 0, 1, 0, \
+    { "lighting change" text, "reblur_lighting_change", NRDI_IF_ANTILAG, 0, NRDI_TILE_PX, 0, \
       { NRDI_READ(NRDI_##S##_TILE_RAW), NRDI_READ(NRDI_##S##_TILE), NRDI_WRITE(NRDI_##S##_TILE), NRDI_STOP } }
 #define NRDI_SPLIT_SCREEN(S, text) \
     { "split screen" text, "reblur_split_screen", NRDI_IF_SPLIT, NRD_FEATURE_SPLIT_SCREEN, 0, 0, \
@@ -710,7 +710,7 @@ static const nrdi_denoiser_row nrdi_rows[NRD_DENOISER_COUNT] = {
       { { "shadow accumulation", "sigma_accumulation", NRDI_ALWAYS, 0, 0, 0,
           { NRDI_IN(IN_MV), NRDI_IN(IN_NORMAL_ROUGHNESS), NRDI_IN(IN_VIEWZ), NRDI_IN(IN_PENUMBRA), NRDI_READ(NRDI_SHADOW_HISTORY), NRDI_READ_PREV(NRDI_SHADOW_TILE),
             NRDI_WRITE(NRDI_SHADOW_MEAN), NRDI_WRITE(NRDI_SHADOW_TILE), NRDI_OUT(OUT_SHADOW), NRDI_WRITE(NRDI_SHADOW_EXTRA), NRDI_STOP } },
-        { "shadow blur", "sigma_blur", NRDI_ALWAYS, 0, 0, 0,
+        { "shadow blur", "sigma_blur", NRDI_ALWAYS, 0, 2, 0,
           { NRDI_IN(IN_NORMAL_ROUGHNESS), NRDI_READ(NRDI_SHADOW_TILE), NRDI_READ(NRDI_SHADOW_MEAN), NRDI_WRITE(NRDI_SHADOW_HISTORY),
             NRDI_OUT(OUT_SHADOW), NRDI_READ(NRDI_SHADOW_EXTRA), NRDI_STOP } },
         { "split screen", "sigma_split_screen", NRDI_IF_SPLIT, NRD_FEATURE_SPLIT_SCREEN, 0, 0,
@@ -723,7 +723,7 @@ static const nrdi_denoiser_row nrdi_rows[NRD_DENOISER_COUNT] = {
       { { "shadow accumulation", "sigma_accumulation_translucency", NRDI_ALWAYS, 0, 0, 0,
           { NRDI_IN(IN_MV), NRDI_IN(IN_NORMAL_ROUGHNESS), NRDI_IN(IN_VIEWZ), NRDI_IN(IN_PENUMBRA), NRDI_READ(NRDI_SHADOW_HISTORY), NRDI_READ_PREV(NRDI_SHADOW_TILE),
             NRDI_WRITE(NRDI_SHADOW_MEAN), NRDI_WRITE(NRDI_SHADOW_TILE), NRDI_OUT(OUT_SHADOW_TRANSLUCENCY), NRDI_IN(IN_TRANSLUCENCY), NRDI_READ(NRDI_SHADOW_EXTRA), NRDI_STOP } },
-        { "shadow blur", "sigma_blur_translucency", NRDI_ALWAYS, 0, 0, 0,
+        { "shadow blur", "sigma_blur_translucency", NRDI_ALWAYS, 0, 2, 0,
           { NRDI_IN(IN_NORMAL_ROUGHNESS), NRDI_READ(NRDI_SHADOW_TILE), NRDI_READ(NRDI_SHADOW_MEAN), NRDI_WRITE(NRDI_SHADOW_HISTORY),
             NRDI_OUT(OUT_SHADOW_TRANSLUCENCY), NRDI_WRITE(NRDI_SHADOW_EXTRA), NRDI_STOP } },
         { "split screen", "sigma_split_screen_translucency", NRDI_IF_SPLIT, NRD_FEATURE_SPLIT_SCREEN, 0, 0,
@@ -1673,7 +1673,7 @@ static void nrdi_add_dispatch(nrd *n, const nrdi_state *s, uint32_t pass, uint32
     const nrdi_live_pass *live = &n->live[pass];
     nrd_binding *bindings = n->bindings + (size_t)pass * NRDI_MAX_USES;
     nrd_dispatch *d = &n->dispatches[(*count)++];
-    uint32_t px = live->row->tiles ? 8 * NRDI_TILE_PX : 8;
+    uint32_t px = live->row->span ? 8u * live->row->span : 8;
     memset(d, 0, sizeof *d);
     d->name = live->row->name;
     d->pass = pass;

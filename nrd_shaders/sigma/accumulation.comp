@@ -32,9 +32,9 @@ layout(binding = 10, r8) uniform writeonly image2D out_stabilized;
 
 const int REACH = 4;                     /* px */
 const int PAIRS = 16;                    /* support is looked for around the pixel in 5 x 5 and on a ring of 8: as many pairs of opposite places */
-/* A hexadecimal digit each: x plus 4, and y. Rows of 5 x 5, then the ring. */
-const uint PAIR_X[2] = uint[2](0x26543232u, 0x14786543u);
-const uint PAIR_Y[2] = uint[2](0x21111100u, 0x34302222u);
+/* A hexadecimal digit each: x plus 4, and y. Rows of 5 x 5, then the ring; the first eight pairs, and the others. */
+const uvec2 PAIR_X = uvec2(0x26543232u, 0x14786543u);
+const uvec2 PAIR_Y = uvec2(0x21111100u, 0x34302222u);
 const int SIDE = 8 + 2 * REACH;
 const int STRIDE = SIDE + 8;             /* the four rows that are read at a time lie in different banks */
 const uint QUADS = uint(SIDE / 2);
@@ -118,7 +118,7 @@ int centre_index() { return (int(gl_LocalInvocationID.y) + REACH) * STRIDE + int
 ivec2 pair_offset(int i)
 {
     int digit = 4 * (i & 7);
-    return ivec2(int(PAIR_X[i >> 3] >> digit & 15u) - 4, int(PAIR_Y[i >> 3] >> digit & 15u));
+    return ivec2(int((i < 8 ? PAIR_X.x : PAIR_X.y) >> digit & 15u) - 4, int((i < 8 ? PAIR_Y.x : PAIR_Y.y) >> digit & 15u));
 }
 
 /* False if no ray in reach tells anything else: seen from the quads' kinds. */

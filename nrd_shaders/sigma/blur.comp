@@ -23,7 +23,7 @@ layout(binding = 6) uniform sampler2D in_stabilized;
 
 const int FAR_TAPS = 6;
 const float REACH = 0.045;              /* of the picture's shorter side: longest axis of the far taps' ellipse. Longer ones miss thin occluders' ends */
-const float GOLDEN_ANGLE = 2.3999632;   /* rad */
+const vec2 GOLDEN_TURN = vec2(-0.73736887, 0.67549029);   /* cos and sin of the golden angle */
 
 struct Sum {
     Visibility mean;
@@ -34,29 +34,40 @@ struct Sum {
 struct Kernel {
     LightFrame frame;
     Plane plane;
-    float radius;     /* units */
-    float width_px;   /* of the penumbra */
+    vec2 depth;        /* depth relative to the centre's = z * x + y; 1 in orthographic views */
+    float radius;      /* units */
+    float log_width;   /* log2 of the penumbra's width in pixels */
 };
 
-void add_tap(ivec2 pixel, vec2 offset, float across2, Kernel k, inout Sum s)
+/* The surface is as far away as the tap is, so that the plane's perspective need not be computed. An umbra of an occluder that is nearer must
+   not leak out: what is narrower weighs less in proportion. */
+void add_tap(ivec2 tap, vec2 offset, uvec2 word, Kernel k, inout Sum s)
 {
-    ivec2 tap = pixel + ivec2(offset);
-    if (!in_rect(tap)) return;
-    uvec2 word = texelFetch(in_mean, tap, 0).xy;
-    if (is_nothing(word) || abs(plane_distance(k.plane, offset, unpack_depth(word, g.denoising_range))) > 1.0) return;
-    float narrower = min(mean_width_px(word) / k.width_px, 1.0);   /* the umbra of an occluder that is nearer must not leak out */
-    float w = narrower * exp2(-1.5 * 1.442695 * across2 / (k.radius * k.radius));
+    float z = unpack_depth(word, g.denoising_range), depth = z * k.depth.x + k.depth.y;
+    bool same = all(lessThan(uvec2(tap), uvec2(g.rect_width, g.rect_height))) && !is_nothing(word) && abs(plane_distance(k.plane, offset, z)) <= 1.0;
+    float across2 = across_squared(k.frame, offset) * depth * depth, narrower = min(mean_log_width(word) - k.log_width, 0.0);
+    float w = same ? exp2(narrower - 1.5 * 1.442695 / (k.radius * k.radius) * across2) : 0.0;
     s.mean += w * visibility_of(word);
     s.weight += w;
     s.squares += w * w;
 }
 
+/* Two of the four texels of a gather each. */
 void add_near(ivec2 pixel, Kernel k, inout Sum s)
 {
-    for (int i = 0; i < 9; i++) {
-        if (i == 4) continue;
-        vec2 offset = vec2(i % 3, i / 3) - 1.0;
-        add_tap(pixel, offset, across_squared(k.frame, pixels_to_plane(k.frame, offset)), k, s);
+    const int next[4] = int[4](1, 3, 0, 2);
+    vec2 scale = 1.0 / vec2(textureSize(in_mean, 0));
+    UNROLL for (int corner = 0; corner < 4; corner++) {
+        ivec2 at = pixel + ivec2(corner & 1, corner >> 1);
+        uvec4 x = textureGather(in_mean, vec2(at) * scale, 0).wzxy, y = uvec4(0u);
+#ifdef TRANSLUCENCY
+        y = textureGather(in_mean, vec2(at) * scale, 1).wzxy;
+#endif
+        UNROLL for (int i = 0; i < 2; i++) {
+            int texel = i == 0 ? corner : next[corner];
+            ivec2 tap = at - 1 + ivec2(texel & 1, texel >> 1);
+            add_tap(tap, vec2(tap - pixel), uvec2(x[texel], y[texel]), k, s);
+        }
     }
 }
 
@@ -64,15 +75,17 @@ void add_near(ivec2 pixel, Kernel k, inout Sum s)
    of the quadratic form, times the point on the disc. reach_px bounds its longer axis. */
 void add_far(ivec2 pixel, Kernel k, float reach_px, inout Sum s)
 {
-    float turn = random_of(ivec2(0), 1u) * 6.2831853, r2 = k.radius * k.radius;
+    float angle = random_of(ivec2(0), 1u) * 6.2831853, r2 = k.radius * k.radius;
     vec3 q = k.frame.across / r2 + vec3(1.0, 0.0, 1.0) / (reach_px * reach_px);
     float a = sqrt(q.x), b = q.y / a, c = sqrt(max(q.z - b * b, 1e-12));
-    for (int i = 0; i < FAR_TAPS; i++) {
-        float angle = turn + float(i) * GOLDEN_ANGLE;
-        vec2 disc = sqrt((float(i) + 0.5) / float(FAR_TAPS)) * vec2(cos(angle), sin(angle));
+    vec2 turn = vec2(cos(angle), sin(angle));
+    UNROLL for (int i = 0; i < FAR_TAPS; i++) {
+        vec2 disc = sqrt((float(i) + 0.5) / float(FAR_TAPS)) * turn;
         float y = disc.y / c;
         vec2 offset = round(plane_to_pixels(k.frame, vec2((disc.x - b * y) / a, y)));
-        add_tap(pixel, offset, across_squared(k.frame, pixels_to_plane(k.frame, offset)), k, s);
+        ivec2 tap = pixel + ivec2(offset);
+        add_tap(tap, offset, texelFetch(in_mean, clamp(tap, ivec2(0), rect_size() - 1), 0).xy, k, s);
+        turn = vec2(turn.x * GOLDEN_TURN.x - turn.y * GOLDEN_TURN.y, turn.x * GOLDEN_TURN.y + turn.y * GOLDEN_TURN.x);
     }
 }
 
@@ -86,7 +99,8 @@ Visibility filter_mean(ivec2 pixel, uvec2 word, float width_px, out float deviat
     k.frame = make_light_frame(position_vs, normal_vs);
     k.plane = make_plane(normal_vs, position_vs, uv, 1.0 / vec2(rect_size()), g.frustum, g.orthographic, 1.0 / tolerance, 1.0);
     k.radius = max(g.penumbra_blur_scale * width_px * inversesqrt(sqrt(frames)), 1e-3) * k.frame.pixel;
-    k.width_px = width_px;
+    k.depth = vec2((1.0 - g.orthographic) / z, g.orthographic);
+    k.log_width = log2(width_px);
     Sum s = Sum(visibility_of(word), 1.0, 1.0);
     add_near(pixel, k, s);
     add_far(pixel, k, REACH * float(min(g.rect_width, g.rect_height)), s);
@@ -120,11 +134,8 @@ void store_history(ivec2 pixel, uvec2 word)
 #endif
 }
 
-void main()
+void denoise(ivec2 pixel, uint tile)
 {
-    ivec2 pixel = ivec2(gl_GlobalInvocationID.xy);
-    uint tile = unpack_tile(texelFetch(in_tile, ivec2(gl_WorkGroupID.xy), 0).x);
-    if ((tile & (TILE_ACTIVE | TILE_STALE)) == 0u || !in_rect(pixel)) return;
     if ((tile & TILE_ACTIVE) == 0u) {
         store_history(pixel, uniform_history((tile & TILE_LIT) != 0u));
         return;
@@ -139,4 +150,17 @@ void main()
     v = stabilize(pixel, word, v, deviation);
     store_history(pixel, pack_history(word, pack_byte(luma_of(v), random_of(pixel, 2u))));
     imageStore(out_shadow, pixel, shadow_texel(v));
+}
+
+/* A group has 2 x 2 tiles: most have nothing to do, and starting a group is what they cost. */
+void main()
+{
+    vec2 corner = vec2(2u * gl_WorkGroupID.xy + 1u) / vec2(textureSize(in_tile, 0));
+    vec4 tiles = textureGather(in_tile, corner, 0).wzxy;
+    uint packed = packUnorm4x8(tiles);
+    if ((packed & (TILE_ACTIVE | TILE_STALE) * 0x01010101u) == 0u) return;
+    for (uint i = 0u; i < 4u; i++, packed >>= 8) {
+        ivec2 pixel = ivec2((2u * gl_WorkGroupID.xy + uvec2(i & 1u, i >> 1)) * 8u + gl_LocalInvocationID.xy);
+        if ((packed & (TILE_ACTIVE | TILE_STALE)) != 0u && in_rect(pixel)) denoise(pixel, packed & 255u);
+    }
 }

@@ -24,12 +24,15 @@ const float DEPTH_STEPS = 170.625;      /* per octave; 24 octaves below the deno
 const float DEPTH_ERROR = 2.1e-3;       /* of the depth, at most */
 const uint DEPTH_NONE = 4095u;          /* sky, or faces away from the light */
 
+/* Bits of a word that a shift has brought to the top of a float's fraction, as a number in [0, 1): cheaper than a conversion. */
+float fraction_of(uint word, uint mask) { return uintBitsToFloat((word & mask) | 0x3f800000u) - 1.0; }
+
 uint pack_depth(float z)
 {
     return uint(clamp(log2(z / g.denoising_range) * DEPTH_STEPS + (24.0 * DEPTH_STEPS + 0.5), 0.0, 4094.0));
 }
 /* range: the denoising range of the frame that packed it. */
-float unpack_depth(uvec2 word, float range) { return exp2(float(word.x & 4095u) / DEPTH_STEPS - 24.0) * range; }
+float unpack_depth(uvec2 word, float range) { return exp2((fraction_of(word.x << 11, 0x7ff800u) * (4096.0 / DEPTH_STEPS)) - 24.0) * range; }
 bool is_nothing(uvec2 word) { return (word.x & 4095u) == DEPTH_NONE; }
 
 const float WIDTH_ANY = 256.0;           /* px */
@@ -39,7 +42,7 @@ float unpack_width(uint code) { return code == 0u ? 0.0 : exp2((float(code) - 1.
 
 /* random: [0, 1), decides the rounding, so that averages survive 8 bits. 0 and 1 stay what they are. */
 uint pack_byte(float v, float random) { return uint(clamp(v, 0.0, 1.0) * 255.0 + random); }
-float byte_of(uint word, int shift) { return float((word >> shift) & 255u) / 255.0; }
+float byte_of(uint word, int shift) { return fraction_of(shift < 15 ? word << (15 - shift) : word >> (shift - 15), 0x7f8000u) * (256.0 / 255.0); }   /* 0 and 255: exact */
 
 uvec2 pack_mean(uint depth, Visibility v, float random, uint frames, float width_px, float stabilized)
 {
@@ -61,6 +64,8 @@ Visibility visibility_of(uvec2 word)
 }
 uint mean_frames(uvec2 word) { return (word.x >> 20) & 15u; }
 float mean_width_px(uvec2 word) { return unpack_width(word.x >> 24); }
+/* Of any width but 0. */
+float mean_log_width(uvec2 word) { return fraction_of(word.x >> 9, 0x7f8000u) * (256.0 / WIDTH_STEPS) - (1.0 / WIDTH_STEPS + 4.0); }
 
 uvec2 pack_history(uvec2 mean, uint stabilized) { return uvec2((mean.x & 0xfffffu) | (stabilized << 20) | (mean_frames(mean) << 28), mean.y & 0xffffu); }
 uvec2 pack_ray_history(uvec2 mean) { return pack_history(mean, mean.x >> 24); }
