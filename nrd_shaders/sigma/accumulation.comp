@@ -183,7 +183,7 @@ float penumbra_at_centre(Around a, float closeness, out uint usable)
     bool lit = closeness == LIT, supported = false;
     float count = lit ? 0.0 : 1.0, sum = lit ? 0.0 : closeness, pixel = a.frame.pixel, own_reach = lit ? 0.0 : 1.0 / closeness - 0.5 * pixel;
     usable = 0u;
-    UNROLL for (int i = 0; i < PAIRS; i++) {
+    [[dont_unroll]] for (int i = 0; i < PAIRS; i++) {
         ivec2 place = pair_offset(i);
         vec2 offset = vec2(place);
         float across = sqrt(across_squared(a.frame, offset)), along = abs(dot(a.frame.along, offset));
@@ -209,7 +209,7 @@ void gather_mean(Around a, float closeness, uint usable, inout Support s)
     int centre = centre_index();
     float k = max(0.6 * s.width, 0.7 * a.frame.pixel), scale = -1.5 * 1.442695 / (k * k), weight = 1.0, squares = 1.0, per_width = 1.0 / s.width;
     Visibility sum = ray_visibility(centre, closeness);
-    UNROLL for (int i = 0; i < PAIRS; i++) {
+    [[dont_unroll]] for (int i = 0; i < PAIRS; i++) {
         ivec2 place = pair_offset(i);
         float exponent = scale * across_squared(a.frame, vec2(place));
         UNROLL for (int side = 0; side < 2; side++) {
