@@ -39,19 +39,31 @@ layout(binding = 9, rg32ui) uniform writeonly uimage2D out_tap;
 layout(binding = 9, r32ui) uniform writeonly uimage2D out_tap;
 #endif
 
-const int HALO = 2, SPAN = 8 + 2 * HALO;
+const int SPAN = 6;   /* quads of 2 x 2 pixels: the group's 4 x 4 and those around */
 const float CHANGED_FRAMES = 4.0;   /* what history counts for after a certain change */
 /* Motion of the reflection, in footprints of the lobe, that cuts history to a quarter. 0.12 to 0.5 tried: more trails, less flickers. */
 const float LOBE_SHIFT = 0.2;
 const float LEAST_FOOTPRINT = 0.35;   /* px; below, bilinear reconstruction smears more */
 
+/* Sums over the pixels of a quad, per lobe. Quads are told apart by their mean depth: one across an edge lies on neither side's plane. */
 shared float s_view_z[SPAN * SPAN];   /* 0: none */
-shared vec2 s_samples[SPAN * SPAN];   /* normalised hit distances of the diffuse and the specular lobe, 0: not sampled */
-shared vec2 s_reciprocals[SPAN * SPAN];   /* theirs, 0: not sampled */
-shared vec4 s_changes[64];            /* of this group, per lobe: sample minus history, most that its variance can be; 0: no history to speak of */
+#ifdef DIFFUSE
+shared vec3 s_diffuse[SPAN * SPAN];   /* samples, their reciprocals, normalised hit distances */
+#endif
+#ifdef SPECULAR
+shared vec3 s_specular[SPAN * SPAN];
+#endif
+shared vec4 s_changes[64];            /* of this group's pixels, per lobe: sample minus history, most that its variance can be; 0: no history to speak of */
+#ifdef DIFFUSE
+shared vec3 s_diffuse_changes[16];    /* of its quads: number, sample minus history, variance */
+#endif
+#ifdef SPECULAR
+shared vec3 s_specular_changes[16];
+#endif
 
 #ifdef DIRECTIONAL
 float diffuse_hit_dist(vec4 texel) { return texel.w; }
+vec4 gather_diffuse(vec2 uv) { return textureGather(in_diffuse, uv, 3); }
 
 /* Never longer than the hit distance. */
 vec3 load_moment(ivec2 pixel, float hit_dist)
@@ -60,27 +72,46 @@ vec3 load_moment(ivec2 pixel, float hit_dist)
     return nrd_is_finite(moment) ? moment * min(1.0, hit_dist / max(length(moment), 1e-6)) : vec3(0.0);
 }
 #else
+#ifdef DIFFUSE
 float diffuse_hit_dist(vec4 texel) { return texel.x; }
+vec4 gather_diffuse(vec2 uv) { return textureGather(in_diffuse, uv, 0); }
+#endif
 vec3 load_moment(ivec2 pixel, float hit_dist) { return vec3(0.0); }
 #endif
 
-void load_samples()
+vec4 sanitize_quad(vec4 v)
 {
-    ivec2 base = ivec2(gl_WorkGroupID.xy) * 8 - HALO;
-    for (int i = int(gl_LocalInvocationIndex); i < SPAN * SPAN; i += 64) {
-        ivec2 pixel = base + ivec2(i % SPAN, i / SPAN);
-        float z = in_rect(pixel) ? texelFetch(in_view_z, pixel + rect_origin(), 0).x * g.view_z_scale : 0.0;
-        bool usable = in_rect(pixel) && !is_sky(z);
-        vec2 noisy = vec2(0.0);
+    return vec4(nrd_sanitize_norm_hit_dist(v.x), nrd_sanitize_norm_hit_dist(v.y), nrd_sanitize_norm_hit_dist(v.z), nrd_sanitize_norm_hit_dist(v.w));
+}
+
+float sum_of(vec4 v) { return dot(v, vec4(1.0)); }
+
+vec3 quad_sums(vec4 noisy, vec4 usable)
+{
+    noisy = sanitize_quad(noisy);
+    vec4 sampled = mix(usable, vec4(0.0), equal(noisy, vec4(0.0)));
+    return vec3(sum_of(sampled), dot(sampled, 1.0 / max(noisy, vec4(LEAST_RADIUS))), dot(sampled, noisy));
+}
+
+/* One quad per thread of the first 36. */
+void load_quads()
+{
+    int i = int(gl_LocalInvocationIndex);
+    if (i < SPAN * SPAN) {
+        ivec2 pixel = ivec2(gl_WorkGroupID.xy) * 8 + ivec2(i % SPAN, i / SPAN) * 2 - 2;
+        vec2 corner = vec2(pixel + 1);   /* where the four meet */
+        vec4 z = textureGather(in_view_z, (corner + vec2(rect_origin())) / vec2(textureSize(in_view_z, 0)), 0) * g.view_z_scale;
+        ivec4 x = pixel.x + ivec4(0, 1, 1, 0), y = pixel.y + ivec4(1, 1, 0, 0);   /* the order of textureGather() */
+        vec4 usable;
+        for (int k = 0; k < 4; k++) usable[k] = in_rect(ivec2(x[k], y[k])) && !is_sky(z[k]) ? 1.0 : 0.0;
+        float number = sum_of(usable);
+        s_view_z[i] = number > 0.0 ? sum_of(mix(vec4(0.0), abs(z), greaterThan(usable, vec4(0.0)))) / number : 0.0;
 #ifdef DIFFUSE
-        if (usable) noisy.x = nrd_sanitize_norm_hit_dist(diffuse_hit_dist(texelFetch(in_diffuse, pixel, 0)));
+        s_diffuse[i] = quad_sums(gather_diffuse(corner / vec2(textureSize(in_diffuse, 0))), usable);
 #endif
 #ifdef SPECULAR
-        if (usable) noisy.y = nrd_sanitize_norm_hit_dist(texelFetch(in_specular, pixel, 0).x);
+        s_specular[i] = quad_sums(textureGather(in_specular, corner / vec2(textureSize(in_specular, 0)), 0), usable);
 #endif
-        s_view_z[i] = usable ? z : 0.0;
-        s_samples[i] = noisy;
-        s_reciprocals[i] = mix(1.0 / max(noisy, vec2(LEAST_RADIUS)), vec2(0.0), equal(noisy, vec2(0.0)));
     }
     barrier();
 }
@@ -195,40 +226,62 @@ History find_history(ivec2 pixel, float signed_z, nrd_surface surface, float spe
 
 /* Sums over a lobe's samples on the same plane. */
 struct Sums {
-    vec2 samples;   /* number, reciprocal */
-    float occlusion;
+    vec3 samples;   /* number, reciprocal, normalised hit distance */
     vec3 changes;   /* number, sample minus history, variance */
 };
 struct Around { Sums diffuse, specular; };
 
-/* with_occlusion: that sum is wanted too, which is rare. */
-void add_sample(inout Sums sums, bool same, int at, int lobe, bool with_occlusion, vec2 change)
+vec3 change_in_quad(int first, int lobe)
 {
-    float reciprocal = s_reciprocals[at][lobe];
-    sums.samples += same && reciprocal > 0.0 ? vec2(1.0, reciprocal) : vec2(0.0);
-    if (with_occlusion && same) sums.occlusion += s_samples[at][lobe];
-    sums.changes += same && change.y > 0.0 ? vec3(1.0, change) : vec3(0.0);
+    vec3 sum = vec3(0.0);
+    for (int k = 0; k < 4; k++) {
+        vec4 changes = s_changes[first + (k & 1) + (k >> 1) * 8];
+        vec2 change = lobe == 0 ? changes.xy : changes.zw;
+        sum += vec3(change.y > 0.0 ? 1.0 : 0.0, change);
+    }
+    return sum;
 }
 
-Around look_around(ivec2 pixel, float z, vec3 normal, bvec2 with_occlusion)
+void sum_changes(vec2 diffuse, vec2 specular)
 {
-    vec2 uv = pixel_uv(pixel);
-    ivec2 local = ivec2(gl_LocalInvocationID.xy);
-    Plane plane = make_plane(normal * mat3(g.view_to_world), view_position(uv, z, g.frustum, g.orthographic), uv, 1.0 / vec2(rect_size()), g.frustum,
-                             g.orthographic, 1.0 / plane_tolerance(g.plane_distance_sensitivity, z), 1.0);
-    Sums none = Sums(vec2(0.0), 0.0, vec3(0.0));
-    Around a = Around(none, none);
-    for (int i = 0; i < 25; i++) {
-        ivec2 offset = ivec2(i % 5, i / 5), in_group = local + offset - HALO;
-        int at = (local.y + offset.y) * SPAN + local.x + offset.x;
-        bool same = s_view_z[at] != 0.0 && abs(plane_distance(plane, vec2(offset - HALO), abs(s_view_z[at]))) < 1.0;
-        bool inside = all(lessThan(uvec2(in_group), uvec2(8u)));
-        vec4 change = inside ? s_changes[in_group.y * 8 + in_group.x] : vec4(0.0);
+    int i = int(gl_LocalInvocationIndex), first = (i >> 2) * 16 + (i & 3) * 2;
+    s_changes[i] = vec4(diffuse, specular);
+    barrier();
+    if (i < 16) {
 #ifdef DIFFUSE
-        add_sample(a.diffuse, same, at, 0, with_occlusion.x, change.xy);
+        s_diffuse_changes[i] = change_in_quad(first, 0);
 #endif
 #ifdef SPECULAR
-        add_sample(a.specular, same, at, 1, with_occlusion.y, change.zw);
+        s_specular_changes[i] = change_in_quad(first, 1);
+#endif
+    }
+    barrier();
+}
+
+/* Over the 6 x 6 pixels of the quads around; changes: those in the group. noisy: the pixel's own, so that there is one. */
+Around look_around(ivec2 pixel, float z, vec3 normal, vec2 noisy)
+{
+    vec2 uv = pixel_uv(pixel);
+    ivec2 quad = ivec2(gl_LocalInvocationID.xy) >> 1;
+    Plane plane = make_plane(normal * mat3(g.view_to_world), view_position(uv, z, g.frustum, g.orthographic), uv, 1.0 / vec2(rect_size()), g.frustum,
+                             g.orthographic, 1.0 / plane_tolerance(g.plane_distance_sensitivity, z), 1.0);
+    vec2 center = 0.5 - vec2(pixel & 1);   /* of its quad */
+    vec2 reciprocal = mix(1.0 / max(noisy, vec2(LEAST_RADIUS)), vec2(0.0), equal(noisy, vec2(0.0)));
+    vec3 none = vec3(0.0);
+    Around a = Around(Sums(vec3(noisy.x > 0.0 ? 1.0 : 0.0, reciprocal.x, noisy.x), none), Sums(vec3(noisy.y > 0.0 ? 1.0 : 0.0, reciprocal.y, noisy.y), none));
+    for (int i = 0; i < 9; i++) {
+        ivec2 offset = ivec2(i % 3, i / 3) - 1, in_group = quad + offset;
+        int at = (in_group.y + 1) * SPAN + in_group.x + 1, change_at = in_group.y * 4 + in_group.x;
+        float quad_z = s_view_z[at];
+        if (quad_z == 0.0 || !(abs(plane_distance(plane, center + vec2(offset) * 2.0, quad_z)) < 1.0)) continue;
+        bool inside = all(lessThan(uvec2(in_group), uvec2(4u)));
+#ifdef DIFFUSE
+        a.diffuse.samples += s_diffuse[at];
+        if (inside) a.diffuse.changes += s_diffuse_changes[change_at];
+#endif
+#ifdef SPECULAR
+        a.specular.samples += s_specular[at];
+        if (inside) a.specular.changes += s_specular_changes[change_at];
 #endif
     }
     return a;
@@ -256,39 +309,46 @@ Lobe follow(Lobe h, Sums around)
 /* A pixel that was not sampled keeps what it knows, or takes its neighbours' mean. sums: of look_around(). */
 Lobe accumulate(Lobe h, float noisy, vec3 moment, Sums sums)
 {
-    vec2 around = sums.samples;
+    vec3 around = sums.samples;
     h = follow(h, sums);
     float alpha = 1.0 / (1.0 + h.frames);
     bool sampled = noisy > 0.0, fresh = !(h.frames > 0.0);
     h.radius = around.x > 0.0 ? mix(h.radius, around.x / around.y, alpha) : fresh ? 1.0 : h.radius;
     if (sampled) h.moment = mix(h.moment, moment, alpha);
     if (sampled) h.occlusion = mix(h.occlusion, noisy, alpha);
-    else if (fresh) h.occlusion = sums.occlusion / max(around.x, 1.0);
+    else if (fresh) h.occlusion = around.z / max(around.x, 1.0);
     if (sampled || fresh) h.frames = min(h.frames + 1.0, 63.0);
     return h;
 }
 
 void main()
 {
-    load_samples();
-    ivec2 pixel = ivec2(gl_GlobalInvocationID.xy), local = ivec2(gl_LocalInvocationID.xy) + HALO;
-    float signed_z = s_view_z[local.y * SPAN + local.x], z = abs(signed_z);
-    vec2 noisy = s_samples[local.y * SPAN + local.x];
+    load_quads();
+    ivec2 pixel = ivec2(gl_GlobalInvocationID.xy);
+    float signed_z = 0.0;
+    vec2 noisy = vec2(0.0);
+    if (in_rect(pixel)) signed_z = texelFetch(in_view_z, pixel + rect_origin(), 0).x * g.view_z_scale;
+    if (is_sky(signed_z)) signed_z = 0.0;
+    float z = abs(signed_z);
     bool visible = z != 0.0;   /* in the rectangle, not sky */
     History h = no_history();
     nrd_surface surface;
     if (visible) {
+#ifdef DIFFUSE
+        noisy.x = nrd_sanitize_norm_hit_dist(diffuse_hit_dist(texelFetch(in_diffuse, pixel, 0)));
+#endif
+#ifdef SPECULAR
+        noisy.y = nrd_sanitize_norm_hit_dist(texelFetch(in_specular, pixel, 0).x);
+#endif
         surface = nrd_decode_normal_roughness(texelFetch(in_normal_roughness, pixel + rect_origin(), 0), SPEC_NORMAL_FORMAT, SPEC_ROUGHNESS_FORMAT);
         h = find_history(pixel, signed_z, surface, noisy.y);
     }
-    s_changes[gl_LocalInvocationIndex] = vec4(change_of(h.diffuse, noisy.x), change_of(h.specular, noisy.y));
-    barrier();
+    sum_changes(change_of(h.diffuse, noisy.x), change_of(h.specular, noisy.y));
     if (!visible) {
         if (in_rect(pixel)) imageStore(out_tap, pixel, uvec4(TAP_SKY, 0u, 0u, 0u));
         return;
     }
-    bvec2 unknown = bvec2(noisy.x <= 0.0 && h.diffuse.frames <= 0.0, noisy.y <= 0.0 && h.specular.frames <= 0.0);
-    Around around = look_around(pixel, z, surface.normal, unknown);
+    Around around = look_around(pixel, z, surface.normal, noisy);
     Lobe d = accumulate(h.diffuse, noisy.x, load_moment(pixel, noisy.x), around.diffuse), s = accumulate(h.specular, noisy.y, vec3(0.0), around.specular);
     float random = (float(hash(uint(pixel.x), uint(pixel.y), g.frame_index) >> 24) + 0.5) / 256.0;
     Texel texel = pack_lobes(pack_surface(z, surface), d, s, random);
