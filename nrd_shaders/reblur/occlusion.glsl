@@ -34,6 +34,15 @@ struct Texel {
     uint state;
 };
 
+/* A field of `bits` bits from bit `first` on, read by putting it into the fraction of a float in [1, 2): conversions run at a quarter of the
+   rate. Constants as arguments cost nothing. */
+float field(uint code, int first, int bits)
+{
+    uint mask = ((1u << bits) - 1u) << (23 - bits);
+    uint shifted = first > 23 - bits ? code >> (first - 23 + bits) : code << (23 - bits - first);
+    return (uintBitsToFloat((shifted & mask) | 0x3f800000u) - 1.0) * float(1u << bits);
+}
+
 /* ---- the surface ---- */
 #ifdef SPECULAR
 const float OCT_MAX = 63.0;
@@ -56,7 +65,7 @@ uvec2 pack_surface(float z, nrd_surface surface)
 bool tap_is_sky(uvec2 tap) { return (tap.x & 0xfffu) == TAP_SKY; }
 uint tap_material(uvec2 tap) { return (tap.x >> (12u + 2u * OCT_BITS)) & 3u; }
 float tap_relative_depth(uvec2 tap) { return uintBitsToFloat(((tap.x & 0xfffu) << 16) + (95u << 23)); }
-float tap_roughness(uvec2 tap) { return float((tap.y >> 14) & 15u) / 15.0; }
+float tap_roughness(uvec2 tap) { return field(tap.y, 14, 4) / 15.0; }
 
 /* 1 - cos of the angle to a unit normal. Masks put the fields into the fraction of a float in [1, 2). */
 float tap_bend(uvec2 tap, vec3 normal)
@@ -73,8 +82,8 @@ float tap_bend(uvec2 tap, vec3 normal)
 uint pack_occlusion(float occlusion, float random) { return uint(clamp(occlusion, 0.0, 1.0) * 4080.0 + random) + 8u; }
 uint pack_frames(float frames, float random) { return uint(clamp(frames + random, 0.0, 63.0)); }
 uint pack_radius(float radius, float random) { return uint(clamp(63.0 + 10.5 * log2(clamp(radius, LEAST_RADIUS, 1.0)) + random, 0.0, 63.0)); }
-float unpack_occlusion(uint high, uint low) { return (float((high << 4) + low) - 8.0) / 4080.0; }
-float unpack_radius(uint code) { return exp2((float(code & 63u) - 63.0) / 10.5); }
+float unpack_occlusion(float high, float low) { return (high * 16.0 + low - 8.0) / 4080.0; }
+float unpack_radius(float code) { return exp2((code - 63.0) / 10.5); }
 
 #ifdef DIRECTIONAL
 /* random: one for all fields; they are turned against each other. */
@@ -84,7 +93,7 @@ uint pack_moment(vec3 moment, float random)
     return fields.x | (fields.y << 10) | (fields.z << 20);
 }
 
-vec3 unpack_moment(uint code) { return vec3((uvec3(code) >> uvec3(0u, 10u, 20u)) & 1023u) / 511.0 - 1.0; }
+vec3 unpack_moment(uint code) { return vec3(field(code, 0, 10), field(code, 10, 10), field(code, 20, 10)) / 511.0 - 1.0; }
 #else
 uint pack_moment(vec3 moment, float random) { return 0u; }
 vec3 unpack_moment(uint code) { return vec3(0.0); }
@@ -97,16 +106,12 @@ Texel pack_lobes(uvec2 surface, Lobe d, Lobe s, float random)
     return Texel(uvec2(surface.x | (level << 22) | (v >> 4 << 24), pack_moment(d.moment, random)), (v & 15u) | (pack_frames(d.frames, random) << 4) | (pack_radius(d.radius, random) << 10));
 }
 
-Lobe diffuse_lobe(Texel t) { return Lobe(unpack_occlusion(t.tap.x >> 24, t.state & 15u), float((t.state >> 4) & 63u), unpack_radius(t.state >> 10), unpack_moment(t.tap.y)); }
-vec4 tap_diffuse(uvec2 tap) { return vec4(unpack_moment(tap.y), float(tap.x >> 24) / 255.0); }
-vec4 tap_filtered_diffuse(uvec2 tap) { return vec4(unpack_moment(tap.y), float(tap.x >> 22) / 1023.0); }
+Lobe diffuse_lobe(Texel t) { return Lobe(unpack_occlusion(field(t.tap.x, 24, 8), field(t.state, 0, 4)), field(t.state, 4, 6), unpack_radius(field(t.state, 10, 6)), unpack_moment(t.tap.y)); }
+vec4 tap_diffuse(uvec2 tap) { return vec4(unpack_moment(tap.y), field(tap.x, 24, 8) / 255.0); }
+vec4 tap_filtered_diffuse(uvec2 tap) { return vec4(unpack_moment(tap.y), field(tap.x, 22, 10) / 1023.0); }
 
-/* What a tap's history counts for: about the mean length of its class. */
-float tap_diffuse_frames(uvec2 tap)
-{
-    uint level = (tap.x >> 22) & 3u;
-    return level < 2u ? (level == 0u ? 1.5 : 4.0) : (level == 2u ? 10.0 : 24.0);
-}
+/* What a tap's history counts for, about the mean length of its class: 1.5, 3.75, 10 or 26. */
+float tap_diffuse_frames(uvec2 tap) { return uintBitsToFloat(0x3fc00000u + ((tap.x >> 22) & 3u) * 0xb00000u); }
 
 uvec2 pack_filtered(uvec2 tap, Lobe d, Lobe s, float random)
 {
@@ -115,8 +120,8 @@ uvec2 pack_filtered(uvec2 tap, Lobe d, Lobe s, float random)
 #endif
 
 #ifdef SPECULAR
-float tap_specular(uvec2 tap) { return float(tap.y & 255u) / 255.0; }
-float tap_specular_frames(uvec2 tap) { return max(float((tap.y >> 8) & 63u), 1.0); }
+float tap_specular(uvec2 tap) { return field(tap.y, 0, 8) / 255.0; }
+float tap_specular_frames(uvec2 tap) { return max(field(tap.y, 8, 6), 1.0); }
 uvec2 put_specular(uvec2 tap, float s, float random)
 {
     uint v = pack_occlusion(s, random);
@@ -131,7 +136,7 @@ Texel pack_lobes(uvec2 surface, Lobe d, Lobe s, float random)
     return Texel(uvec2(tap.x, tap.y | (pack_frames(s.frames, random) << 8) | (pack_radius(s.radius, random) << 18)), 0u);
 }
 
-Lobe specular_lobe(Texel t) { return Lobe(unpack_occlusion(t.tap.y & 255u, t.tap.x >> 28), float((t.tap.y >> 8) & 63u), unpack_radius(t.tap.y >> 18), vec3(0.0)); }
+Lobe specular_lobe(Texel t) { return Lobe(unpack_occlusion(field(t.tap.y, 0, 8), field(t.tap.x, 28, 4)), field(t.tap.y, 8, 6), unpack_radius(field(t.tap.y, 18, 6)), vec3(0.0)); }
 uvec2 pack_filtered(uvec2 tap, Lobe d, Lobe s, float random) { return put_specular(tap, s.occlusion, random); }
 #endif
 
@@ -144,11 +149,11 @@ Texel pack_lobes(uvec2 surface, Lobe d, Lobe s, float random)
     return Texel(tap, (v & 15u) | (pack_radius(d.radius, random) << 4) | (pack_radius(s.radius, random) << 10));
 }
 
-Lobe diffuse_lobe(Texel t) { return Lobe(unpack_occlusion((t.tap.y >> 18) & 255u, t.state & 15u), float(t.tap.y >> 26), unpack_radius(t.state >> 4), vec3(0.0)); }
-Lobe specular_lobe(Texel t) { return Lobe(unpack_occlusion(t.tap.y & 255u, t.tap.x >> 28), float((t.tap.y >> 8) & 63u), unpack_radius(t.state >> 10), vec3(0.0)); }
-vec4 tap_diffuse(uvec2 tap) { return vec4(vec3(0.0), float((tap.y >> 18) & 255u) / 255.0); }
+Lobe diffuse_lobe(Texel t) { return Lobe(unpack_occlusion(field(t.tap.y, 18, 8), field(t.state, 0, 4)), field(t.tap.y, 26, 6), unpack_radius(field(t.state, 4, 6)), vec3(0.0)); }
+Lobe specular_lobe(Texel t) { return Lobe(unpack_occlusion(field(t.tap.y, 0, 8), field(t.tap.x, 28, 4)), field(t.tap.y, 8, 6), unpack_radius(field(t.state, 10, 6)), vec3(0.0)); }
+vec4 tap_diffuse(uvec2 tap) { return vec4(vec3(0.0), field(tap.y, 18, 8) / 255.0); }
 vec4 tap_filtered_diffuse(uvec2 tap) { return tap_diffuse(tap); }
-float tap_diffuse_frames(uvec2 tap) { return max(float(tap.y >> 26), 1.0); }
+float tap_diffuse_frames(uvec2 tap) { return max(field(tap.y, 26, 6), 1.0); }
 
 uvec2 pack_filtered(uvec2 tap, Lobe d, Lobe s, float random)
 {
