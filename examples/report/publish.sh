@@ -11,7 +11,7 @@ trap 'rm -rf "$work"' EXIT
 
 # One line per device, denoiser and preset at one path per pixel: geometric means over scenes and signals (but `final`, which
 # contains the others), and what the same scenes and signals have as noisy input, filtered, and traced with more paths instead.
-# device|class|size|denoiser|preset|ns per pixel|ms|motion|rest|flicker|flip|copy share|noisy|filtered|paths
+# device|class|size|denoiser|preset|ns per pixel|ms|motion|rest|flicker|flip|noisy|filtered|paths
 for folder in "$@"; do
     awk '
     function add(key, i, value) { if (value > 0) { sum[key, i] += log(value); used[key, i]++ } }
@@ -30,7 +30,7 @@ for folder in "$@"; do
       key = v[column["denoiser"]] "|" v[column["preset"]]
       if (!(key in places)) order[++keys] = key
       places[key] = places[key] " " place
-      m = split("ns_per_pixel ms motion_trimmed rest_trimmed rest_flicker motion_flip copy_share", wanted, " ")
+      m = split("ns_per_pixel ms motion_trimmed rest_trimmed rest_flicker motion_flip", wanted, " ")
       for (i = 1; i <= m; i++) add(key, i, v[column[wanted[i]]]) }
     END { for (k = 1; k <= keys; k++) {
               key = order[k]; line = device "|" class "|" size "|" key; split(key, part, "|"); count = split(places[key], list, " ")
@@ -61,8 +61,8 @@ replace nrd.h ">>costs" "$work/costs"
 
 awk -F'|' '
 $1 != device { device = $1; printf "%s%s, times at %s\n\n", (NR > 1 ? "\n" : ""), $1, $3
-    print "| | ms | ns/px | relMSE in motion | noisy input | filter instead | paths instead | at rest | flicker at rest | FLIP | copy / time |\n|---|---|---|---|---|---|---|---|---|---|---|" }
-{ printf "| %s %s | %s | %s | %s | %s | %s | %s | %s | %s | %s | %s |\n", $4, $5, $7, $6, $8, $13, $14, $15, $9, $10, $11, $12 }' "$work/rows" > "$work/table"
+    print "| | ms | ns/px | relMSE in motion | noisy input | filter instead | paths instead | at rest | flicker at rest | FLIP |\n|---|---|---|---|---|---|---|---|---|---|" }
+{ printf "| %s %s | %s | %s | %s | %s | %s | %s | %s | %s | %s |\n", $4, $5, $7, $6, $8, $12, $13, $14, $9, $10, $11 }' "$work/rows" > "$work/table"
 replace README.md "<!-- report" "$work/table"
 
 # The chart: error against nanoseconds per pixel, both logarithmic, one colour per device.
@@ -72,7 +72,7 @@ function ly(y) { return 330 - (log(y) - y0) / (y1 - y0) * 290 }
 function least(a, b) { return a < b ? a : b }
 function mark(at, error, text, filled) { n++; device[n] = $1; x[n] = at; y[n] = error; name[n] = text; full[n] = filled }
 $6 > 0 && $8 > 0 { mark($6, $8, $4 " " $5, 1) }
-$6 > 0 && $14 > 0 { mark($6, $14, "", 0) }
+$6 > 0 && $13 > 0 { mark($6, $13, "", 0) }
 END {
     x0 = y0 = 1e9; x1 = y1 = -1e9
     for (i = 1; i <= n; i++) { x0 = least(x0, log(x[i] / 1.6)); x1 = -least(-x1, -log(x[i] * 4)); y0 = least(y0, log(y[i] / 1.5)); y1 = -least(-y1, -log(y[i] * 1.5)) }
