@@ -263,7 +263,7 @@ NRD_DECL bool nrd_format_is_uint(nrd_format format);
     X(float, normal_sensitivity, 8.0f, 0.0f, 1000.0f, "", "neighbours weigh exp(-this * (1 - cos of the angle between normals))") \
     X(float, antilag_sigma_scale, 3.5f, 0.5f, 100.0f, "standard deviations", "change of lighting that counts as certain; less reacts sooner and flickers more") \
     X(float, antilag_sensitivity, 1.0f, 0.0f, 1.0f, "", "how much of a certain change of lighting is applied to history; 0 off") \
-    X(float, stabilization_sigma_scale, 2.2f, 0.1f, 100.0f, "standard deviations", "stabilised history farther from the filtered value is pulled in") \
+    X(float, stabilization_sigma_scale, 1.6f, 0.1f, 100.0f, "standard deviations", "stabilised history farther from the filtered value is pulled in") \
     X(uint, min_material_for_diffuse, 4, 0, 4, "", "material ids above it are kept apart from each other and the rest; 4 mixes all") \
     X(uint, return_history_length_instead_of_occlusion, 0, 0, 1, "", "1: w of the outputs is the history length in frames")
 

@@ -13,7 +13,9 @@ const int SIDE = 10;                /* of a group with one pixel around it */
 shared vec4 s_surface[SIDE * SIDE]; /* world normal, view depth; depth 0: nothing there */
 shared float s_tracked[SIDE * SIDE]; /* q of the noisy sample, -1: not sampled */
 
-const float PARALLAX_FALLOFF = 3.2;
+/* Footprints over which a history may be smeared in all. 0.25 to 2 tried, and lengths that fall with the square of the shift: those let a
+   small shift of every frame add up to a blur of pixels; shorter ones flicker more in mirrors. */
+const float SMEAR = 0.25;
 const float DRIFT = 0.2;            /* footprints, over the whole history, below which surface and reflection move alike */
 const float LEAST_FOOTPRINT = 0.35; /* px: what a pixel itself sees */
 const float NARROWEST_LOBE = 0.01;  /* squared width from which on normal maps are told apart */
@@ -239,12 +241,11 @@ vec4 tracking_agreement(Footprint f, Tracking t, float travel_px)
     return w;
 }
 
-float square(float x) { return x * x; }
-
-/* The length that a history may have whose samples lie `shift` pixels apart per frame from where they should, under a footprint. */
-float limit_frames(float frames, float shift, float footprint)
+/* The length that a history may have whose samples lie `shift` footprints farther from where they should with each frame. */
+float limit_frames(float frames, float shift)
 {
-    return min(frames, max(g.max_accumulated_frames, 1.0) / (1.0 + PARALLAX_FALLOFF * square(shift / footprint)));
+    float most = max(g.max_accumulated_frames, 1.0);
+    return min(frames, most / (1.0 + most * shift / SMEAR));
 }
 
 /* The lengths of histories as the footprint's texels have them. */
@@ -279,14 +280,14 @@ void follow_reflection(inout SpecularMatch match, vec3 target, Reprojection r, C
 {
     VirtualMotion m = find_virtual_motion(target, r, normal_prev, surface.normal, c);
     float travel = min(length((m.uv - r.uv) * size_prev_px()), 1e3), width = max(footprint, LEAST_FOOTPRINT);
-    match.frames = limit_frames(match.frames, travel, 0.5 * width);
+    match.frames = limit_frames(match.frames, 2.0 * travel / width);
     if (m.error < 0.0 || travel < drift) return;
     Footprint moved = fetch_footprint(m.uv);
     weigh_surface(moved, m.position, m.normal, surface.material_id, r.tolerance + m.bow);
     if (c.bump < BUMPY) m.error = remaining_step(moved, m, target, c);
     moved.weights *= roughness_agreement(moved, surface.roughness) * tracking_agreement(moved, t, travel);
-    float frames = limit_frames(mean_frames(moved, SPECULAR_SIGNAL), travel * min(t.sigma / max(t.q, 1e-4), 1.0), width);
-    frames /= 1.0 + 0.1 * frames * square(m.error / max(footprint, 0.5));
+    float frames = limit_frames(mean_frames(moved, SPECULAR_SIGNAL), travel * min(t.sigma / max(t.q, 1e-4), 1.0) / width);
+    frames /= 1.0 + frames * m.error / (SMEAR * max(footprint, 0.5));
     float longer = max(frames, match.frames);
     if (!(frames > 0.0) || match.frames - frames > 0.5 + 0.25 * longer) return;
     match = SpecularMatch(moved, frames, m.normal, m.uv);
