@@ -251,7 +251,7 @@ static void every_frame_setting_outside_its_range_is_refused(void **state)
         snprintf(field, sizeof field, "nrd_frame.%s", row.name);
         for (uint32_t k = 0; k < count; k++) {
             nrd_frame frame = still_frame(2);
-            put_setting(&frame, &row, values[k]);
+            setting_put(&row, &frame, values[k]);
             assert_range_error(&s, try_frame(instance, &s, &frame), field, row.is_float ? (double)(float)values[k] : values[k], row.min, row.max);
         }
     }
@@ -275,7 +275,7 @@ static void every_denoiser_setting_outside_its_range_is_refused(void **state)
             snprintf(field, sizeof field, "%s.%s", nrd_denoiser_name(denoiser), row.name);
             for (uint32_t k = 0; k < count; k++) {
                 nrd_settings_defaults(denoiser, &settings);
-                put_setting(&settings, &row, values[k]);
+                setting_put(&row, &settings, values[k]);
                 nrd_result result = try_settings(instance, &s, info->denoisers[d].identifier, &settings);
                 assert_range_error(&s, result, field, row.is_float ? (double)(float)values[k] : values[k], row.min, row.max);
             }
@@ -298,7 +298,7 @@ static void the_limits_and_defaults_of_every_setting_are_accepted(void **state)
                 double value = k == 0 ? row.min : k == 1 ? row.max : row.value;
                 nrd_frame frame = still_frame(index++);
                 nrd_settings_defaults((nrd_denoiser)(d % NRD_DENOISER_COUNT), &settings);
-                put_setting(d == NRD_DENOISER_COUNT ? (void *)&frame : (void *)&settings, &row, value);
+                setting_put(&row, d == NRD_DENOISER_COUNT ? (void *)&frame : (void *)&settings, value);
                 assert_true(row.min <= row.value && row.value <= row.max && row.min < row.max);
                 assert_int_equal(nrd_set_frame(instance, &frame), NRD_RESULT_OK);
                 if (d < NRD_DENOISER_COUNT) assert_int_equal(nrd_set_settings(instance, (uint32_t)d, &settings), NRD_RESULT_OK);

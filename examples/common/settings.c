@@ -78,7 +78,7 @@ bool setting_given(const setting_value *values, uint32_t count, nrd_denoiser own
     return false;
 }
 
-static void store(const nrd_setting *row, void *settings, double value)
+void setting_put(const nrd_setting *row, void *settings, double value)
 {
     float as_float = (float)value;
     uint32_t as_uint = (uint32_t)value;
@@ -99,10 +99,10 @@ void settings_apply(const setting_value *values, uint32_t count, nrd_denoiser ow
     nrd_setting row;
     for (uint32_t i = 0; nrd_get_setting(owner, i, &row); i++) {
         if (owner != SETTINGS_OF_FRAME && !strcmp(row.unit, "units"))
-            store(&row, settings, load(&row, settings) / metres_per_unit);
+            setting_put(&row, settings, load(&row, settings) / metres_per_unit);
         for (uint32_t k = 0; k < count; k++)
             if (concerns(&values[k], owner, row.name))
-                store(&row, settings, values[k].value);
+                setting_put(&row, settings, values[k].value);
     }
 }
 

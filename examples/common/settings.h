@@ -8,6 +8,16 @@
 /* Stands for the frame settings (nrd_frame) wherever a denoiser is asked for. */
 #define SETTINGS_OF_FRAME NRD_DENOISER_COUNT
 
+/* The settings struct of any denoiser. */
+typedef union any_settings {
+#define SETTINGS_MEMBER(name, text, type) type name;
+    NRD_DENOISERS(SETTINGS_MEMBER)
+#undef SETTINGS_MEMBER
+} any_settings;
+
+/* Writes a value into its place in a settings struct. */
+void setting_put(const nrd_setting *row, void *settings, double value);
+
 /* One KEY=VALUE. It goes to every denoiser that has a setting of this name, and to the frame if that has one; with
    KEY = DENOISER.NAME to that denoiser only. */
 typedef struct setting_value {
