@@ -64,9 +64,12 @@ uvec4 gather_tracks_at(int s, uvec4 seconds, vec2 uv) { return s == 0 ? textureG
 uvec4 gather_tracks_at(int s, uvec4 seconds, vec2 uv) { return seconds; }
 #endif
 
+/* What is too bright keeps its hue; chroma is held to what RGB of at least 0 can have. */
 vec4 sanitize(vec4 noisy)
 {
-    return nrd_is_finite(noisy.xyz) ? vec4(clamp(noisy.x, 0.0, 65504.0), clamp(noisy.yz, -65504.0, 65504.0), nrd_sanitize_norm_hit_dist(noisy.w)) : vec4(0.0);
+    float luma = clamp(noisy.x, 0.0, 65504.0), scale = noisy.x > 65504.0 ? 65504.0 / noisy.x : 1.0;
+    float green = clamp(noisy.z * scale, -luma, luma), orange = clamp(noisy.y * scale, green - luma, luma - green);
+    return nrd_is_finite(noisy.xyz) ? vec4(luma, orange, green, nrd_sanitize_norm_hit_dist(noisy.w)) : vec4(0.0);
 }
 
 #include "reprojection.glsl"
