@@ -231,7 +231,7 @@ NRD_DECL bool nrd_format_is_uint(nrd_format format);
 /* X(type, name, default, min, max, unit, text): type is float or uint; 0/1 switches are uint. Values outside [min, max] and NaN are refused. */
 #define NRD_FRAME_SETTINGS(X) \
     X(float, view_z_scale, 1.0f, 1e-6f, 1e6f, "", "view z = IN_VIEWZ * this") \
-    X(float, denoising_range, 500000.0f, 1e-3f, 1e9f, "units", "pixels with abs(view z) at or above it are sky: not read, not written; surfaces nearer than 3e-10 of it keep no history") \
+    X(float, denoising_range, 500000.0f, 1e-3f, 1e9f, "units", "pixels with abs(view z) at or above it are sky: not read, not written; surfaces nearer than 5e-10 of it keep no history") \
     X(float, disocclusion_threshold, 0.01f, 0.001f, 0.5f, "of the view's extent at that depth", "plane distance at which history is refused") \
     X(float, disocclusion_threshold_alternate, 0.05f, 0.001f, 0.5f, "of the view's extent at that depth", "the same where IN_DISOCCLUSION_THRESHOLD_MIX is 1") \
     X(float, split_screen, 0.0f, 0.0f, 1.0f, "of the width", "left part that shows the noisy input; 0 off (needs NRD_FEATURE_SPLIT_SCREEN)") \
