@@ -40,7 +40,7 @@ embedded := $B/nrd_spirv.h $(kernels) $B/raygen_spv.h $B/report_page.h
 objects   = $(patsubst %.c,$B/obj/%.o,$(wildcard $1))
 programs := $B/minimal $(patsubst examples/nrd_%.c,$B/nrd-%,$(wildcard examples/nrd_*.c))
 tests    := $(patsubst tests/%.c,$B/tests/%,$(wildcard tests/test_*.c))
-archives := $B/libreport.a $B/libtracer.a $B/libexamples.a
+archives := $B/libstress.a $B/libreport.a $B/libtracer.a $B/libexamples.a
 gpu      := $(patsubst $B/%,$B/gpu/%,$(filter-out $(if $(tracer),,%/nrd-render %/test_tracer),$(programs) $(tests)))
 
 .PHONY: all spv shared test check examples demo report tune dist gpu format clean
@@ -126,6 +126,7 @@ $B/obj/examples/nrd_tune.o: INCLUDES := -I$B/tune $(INCLUDES)
 $B/obj/examples/nrd_tune.o: $B/tune/nrd_spirv.h
 
 $B/libreport.a: $(call objects,examples/report/*.c)
+$B/libstress.a: $(call objects,examples/stress/*.c)
 $B/libtracer.a: $(call objects,examples/scenes/*.c examples/tracer/*.c)
 $(archives):
 	$Qrm -f $@ && ar rcs $@ $^

@@ -1,0 +1,90 @@
+/* nrd-stress: tries to break every denoiser, and holds each to the guarantees that README.md states.
+
+   nrd-stress [--all] [--only SUBJECT] [--denoiser NAME] [--device N] [--quiet] [--seed N] [--plant FAULT]
+   Prints one row per case, denoiser and guarantee: ok or FAIL, what was measured, and the most that is allowed; then the worst of each
+   guarantee. --all: the long suite. --plant: spoils what the denoisers give, to see that the guarantees notice. Exit status: 0 all kept,
+   1 one broken, 2 not run. */
+#define NRD_IMPLEMENTATION
+#define NRD_VK_IMPLEMENTATION
+#include "nrd_vk.h"
+
+#include "common/cli.h"
+#include "stress/stress.h"
+
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+typedef struct subject { const char *name; void (*run)(stress *s); } subject;
+static const subject subjects[] = {
+    { "extremes", stress_extremes },
+};
+enum { SUBJECT_COUNT = sizeof subjects / sizeof subjects[0] };
+
+static bool parse_fault(const char *text, fault *out)
+{
+    for (int i = 0; i < FAULT_COUNT; i++)
+        if (strcmp(text, fault_name((fault)i)) == 0) return *out = (fault)i, true;
+    return false;
+}
+
+static bool parse_subject(const char *text, const char **only)
+{
+    for (int i = 0; i < SUBJECT_COUNT; i++)
+        if (strcmp(text, subjects[i].name) == 0) return *only = text, true;
+    return false;
+}
+
+static int parse(int argc, char **argv, stress *s, int *device, const char **only)
+{
+    long number;
+    for (int i = 1; i < argc; i++) {
+        const char *option = argv[i];
+        if (!strcmp(option, "--all")) { s->everything = true; continue; }
+        if (!strcmp(option, "--quiet")) { s->quiet = true; continue; }
+        const char *value = cli_value(argc, argv, &i);
+        if (!value) return cli_fail("nrd-stress", "%s is unknown or lacks its value", option);
+        bool ok = false;
+        if (!strcmp(option, "--only")) ok = parse_subject(value, only);
+        else if (!strcmp(option, "--plant")) ok = parse_fault(value, &s->fault);
+        else if (!strcmp(option, "--denoiser")) ok = nrd_find_denoiser(value, &s->first) == NRD_RESULT_OK, s->last = s->first;
+        else if (!strcmp(option, "--device")) ok = cli_integer(value, 0, 63, &number), *device = ok ? (int)number : 0;
+        else if (!strcmp(option, "--seed")) ok = cli_integer(value, 0, 65535, &number), s->seed = ok ? (uint32_t)number : 0;
+        if (!ok) return cli_fail("nrd-stress", "%s %s is not understood", option, value);
+    }
+    return 0;
+}
+
+/* The worst over the denoisers looked at. */
+static void print_guarantee(const stress *s, guarantee g)
+{
+    int worst_denoiser = -1;
+    uint32_t checks = 0;
+    for (int d = 0; d < NRD_DENOISER_COUNT; d++) {
+        const worst *w = &s->worst[g][d];
+        checks += w->checks;
+        if (w->checks && (worst_denoiser < 0 || !(w->measured <= s->worst[g][worst_denoiser].measured))) worst_denoiser = d;
+    }
+    if (worst_denoiser < 0) return;
+    const worst *w = &s->worst[g][worst_denoiser];
+    printf("%-15s %10.3g of %-8.3g %5u checks; worst: %s, %s\n", guarantee_name(g), w->measured, guarantee_limit(g), checks, nrd_denoiser_name((nrd_denoiser)worst_denoiser), w->of);
+}
+
+int main(int argc, char **argv)
+{
+    static stress s;
+    int device = 0;
+    const char *only = NULL;
+    char error[256];
+    s.last = (nrd_denoiser)(NRD_DENOISER_COUNT - 1);
+    if (parse(argc, argv, &s, &device, &only)) return 2;
+    gpu_desc desc = { .device_index = device };
+    if (!gpu_open(&s.device, &desc, error, sizeof error)) return cli_fail("nrd-stress", "%s", error), 2;
+    for (int i = 0; i < SUBJECT_COUNT; i++)
+        if (!only || !strcmp(only, subjects[i].name)) subjects[i].run(&s);
+    printf("\n%s\n", s.device.properties.deviceName);
+    for (int g = 0; g < GUARANTEE_COUNT; g++) print_guarantee(&s, (guarantee)g);
+    printf("nrd_stress: %u passed, %u failed\n", s.passed, s.failed);
+    gpu_close(&s.device);
+    return s.failed ? 1 : 0;
+}
