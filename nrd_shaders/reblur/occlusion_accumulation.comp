@@ -328,9 +328,9 @@ void main()
     float signed_z = 0.0;
     vec2 noisy = vec2(0.0);
     if (in_rect(pixel)) signed_z = texelFetch(in_view_z, pixel + rect_origin(), 0).x * g.view_z_scale;
-    if (is_sky(signed_z)) signed_z = 0.0;
-    float z = abs(signed_z);
-    bool visible = z != 0.0;   /* in the rectangle, not sky */
+    bool visible = in_rect(pixel) && !is_sky(signed_z);
+    float z = max(abs(signed_z), 1e-10 * g.denoising_range);   /* what is stored ends above that */
+    signed_z = signed_z < 0.0 ? -z : z;
     History h = no_history();
     nrd_surface surface;
     if (visible) {
