@@ -1,6 +1,6 @@
 /* nrd-stress: tries to break every denoiser, and holds each to the guarantees that README.md states.
 
-   nrd-stress [--all] [--only SUBJECT] [--denoiser NAME] [--device N] [--quiet] [--seed N] [--plant FAULT]
+   nrd-stress [--all] [--only SUBJECT] [--denoiser NAME] [--device N] [--quiet] [--seed N] [--cases N] [--plant FAULT]
    Prints one row per case, denoiser and guarantee: ok or FAIL, what was measured, and the most that is allowed; then the worst of each
    guarantee. --all: the long suite. --plant: spoils what the denoisers give, to see that the guarantees notice. Exit status: 0 all kept,
    1 one broken, 2 not run. */
@@ -18,6 +18,7 @@
 typedef struct subject { const char *name; void (*run)(stress *s); } subject;
 static const subject subjects[] = {
     { "extremes", stress_extremes },
+    { "fuzz", stress_fuzz },
 };
 enum { SUBJECT_COUNT = sizeof subjects / sizeof subjects[0] };
 
@@ -49,6 +50,7 @@ static int parse(int argc, char **argv, stress *s, int *device, const char **onl
         else if (!strcmp(option, "--plant")) ok = parse_fault(value, &s->fault);
         else if (!strcmp(option, "--denoiser")) ok = nrd_find_denoiser(value, &s->first) == NRD_RESULT_OK, s->last = s->first;
         else if (!strcmp(option, "--device")) ok = cli_integer(value, 0, 63, &number), *device = ok ? (int)number : 0;
+        else if (!strcmp(option, "--cases")) ok = cli_integer(value, 1, 100000000, &number), s->cases = ok ? (uint32_t)number : 0;
         else if (!strcmp(option, "--seed")) ok = cli_integer(value, 0, 65535, &number), s->seed = ok ? (uint32_t)number : 0;
         if (!ok) return cli_fail("nrd-stress", "%s %s is not understood", option, value);
     }

@@ -39,8 +39,6 @@ static void set_units(rig *r, double v)
 /* ---- every frame, on what has been put */
 typedef void change(rig *r, uint32_t frame, double v);
 
-#define FOR_PIXELS(r) for (uint32_t y = 0; y < (r)->rect_height; y++) for (uint32_t x = 0; x < (r)->rect_width; x++)
-
 static void move_by(rig *r, uint32_t frame, double v)
 {
     (void)frame;

@@ -113,7 +113,8 @@ static void watch_pixel(watch *w, const rig *r, uint32_t s, uint32_t x, uint32_t
     for (uint32_t k = 0; k < channels_of(signal); k++)
         if (!isfinite(t[k])) w->not_finite++;
     if (signal->kind == KIND_VECTOR || signal->kind == KIND_TRANSLUCENCY) return;
-    w->beyond = fmax(w->beyond, fmax(v - high - least, low - least - v) / fmax(fmax(fabs(high), fabs(low)), 1e-30));
+    double whole = signal->kind == KIND_RADIANCE || signal->kind == KIND_PLAIN ? fmax(fmax(fabs(high), fabs(low)), 1e-30) : 1;
+    w->beyond = fmax(w->beyond, fmax(v - high - least, low - least - v) / whole);
     w->colour = fmax(w->colour, impossible(signal, t, high));
 }
 

@@ -423,8 +423,8 @@ double rig_input_value(const rig *r, uint32_t signal, uint32_t x, uint32_t y)
     case KIND_RADIANCE: return isfinite(t[0]) && isfinite(t[1]) && isfinite(t[2]) ? finite_within(t[0], 0, 65504) : 0;
     case KIND_HIT_DIST: return finite_within(t[0], 0, 1);
     case KIND_DIRECTION: return finite_within(t[3], 0, 1);
-    case KIND_PENUMBRA: return t[0] >= 65504 ? 1 : r->texels[NRD_RESOURCE_IN_TRANSLUCENCY] && t[0] > 0 ? *rig_texel(r, NRD_RESOURCE_IN_TRANSLUCENCY, x, y) : 0;
-    default: return t[0];
+    case KIND_PENUMBRA: return t[0] >= 65504 ? 1 : r->texels[NRD_RESOURCE_IN_TRANSLUCENCY] && t[0] > 0 ? byte_of(*rig_texel(r, NRD_RESOURCE_IN_TRANSLUCENCY, x, y)) / 255.0 : 0;
+    default: return isfinite(t[0]) && isfinite(t[1]) && isfinite(t[2]) && isfinite(t[3]) ? t[0] : 0;
     }
 }
 

@@ -13,6 +13,7 @@
     X(ANTILAG_RANGE, 3, "the same with antilag, which may scale history by up to 4") \
     X(COLOUR, 0.01, "negative colour, hit distance beyond [0,1], direction longer than its length; of the luma") \
     X(UNTOUCHED, 0, "pixels of the sky or outside of the rectangle that were written") \
+    X(REFUSALS, 0, "wrong calls that were accepted, or refused without naming what is wrong; right ones that were refused") \
     X(DENOISES, 0.5, "deviation that is left of the noise after 24 still frames")
 typedef enum guarantee {
 #define GUARANTEE_MEMBER(name, limit, text) GUARANTEE_##name,
@@ -48,6 +49,9 @@ void check(stress *s, guarantee g, const char *of, nrd_denoiser denoiser, double
 
 /* The subjects. */
 void stress_extremes(stress *s);
+void stress_fuzz(stress *s);
+
+#define FOR_PIXELS(r) for (uint32_t y = 0; y < (r)->rect_height; y++) for (uint32_t x = 0; x < (r)->rect_width; x++)
 
 /* ---- noise */
 typedef enum noise_kind {
