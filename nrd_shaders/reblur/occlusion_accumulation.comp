@@ -199,8 +199,8 @@ float specular_limit(vec3 position, vec2 uv_prev, float hit_dist, float roughnes
     float shift = length((mirrored - still) * rect_prev) + q * length((uv_prev - still) * rect_prev);
     float footprint = max(alpha * q * distance / (g.pixel_unproject * mix(position.z, 1.0, g.orthographic)), LEAST_FOOTPRINT);
     float relative = shift / (LOBE_SHIFT * footprint), lobe = alpha + 0.03;
-    float frames = g.max_accumulated_frames / ((1.0 + 3.2 * relative * relative) * (1.0 + 2.0 * bend / (lobe * lobe)));
-    return frames * clamp(frames - 0.5, 0.0, 1.0);   /* less than a frame is not worth a trail */
+    float share = 1.0 / ((1.0 + 3.2 * relative * relative) * (1.0 + 2.0 * bend / (lobe * lobe))), frames = g.max_accumulated_frames * share;
+    return frames * clamp(frames - 0.5 * (1.0 - share), 0.0, 1.0);   /* less than a frame is not worth a trail */
 }
 
 /* specular: this frame's sample, normalised. The farther of it and of what was around moves most. */
