@@ -1,6 +1,6 @@
 /* nrd-stress: tries to break every denoiser, and holds each to the guarantees that README.md states.
 
-   nrd-stress [--all] [--only SUBJECT] [--denoiser NAME] [--device N] [--quiet] [--seed N] [--cases N] [--plant FAULT]
+   nrd-stress [--all] [--only SUBJECT] [--denoiser NAME] [--device N] [--quiet] [--seed N] [--cases N] [--frames N] [--set KEY=VALUE] [--plant FAULT]
    Prints one row per case, denoiser and guarantee: ok or FAIL, what was measured, and the most that is allowed; then the worst of each
    guarantee. --all: the long suite. --plant: spoils what the denoisers give, to see that the guarantees notice. Exit status: 0 all kept,
    1 one broken, 2 not run. */
@@ -18,6 +18,8 @@
 typedef struct subject { const char *name; void (*run)(stress *s); } subject;
 static const subject subjects[] = {
     { "extremes", stress_extremes },
+    { "analytic", stress_analytic },
+    { "time", stress_time },
     { "fuzz", stress_fuzz },
 };
 enum { SUBJECT_COUNT = sizeof subjects / sizeof subjects[0] };
@@ -36,6 +38,14 @@ static bool parse_subject(const char *text, const char **only)
     return false;
 }
 
+static bool parse_setting(const char *text, stress *s)
+{
+    nrd_denoiser all[NRD_DENOISER_COUNT];
+    char error[256];
+    for (int d = 0; d < NRD_DENOISER_COUNT; d++) all[d] = (nrd_denoiser)d;
+    return s->set_count < sizeof s->set / sizeof s->set[0] && setting_parse(text, all, NRD_DENOISER_COUNT, &s->set[s->set_count++], error, sizeof error);
+}
+
 static int parse(int argc, char **argv, stress *s, int *device, const char **only)
 {
     long number;
@@ -47,9 +57,11 @@ static int parse(int argc, char **argv, stress *s, int *device, const char **onl
         if (!value) return cli_fail("nrd-stress", "%s is unknown or lacks its value", option);
         bool ok = false;
         if (!strcmp(option, "--only")) ok = parse_subject(value, only);
+        else if (!strcmp(option, "--set")) ok = parse_setting(value, s);
         else if (!strcmp(option, "--plant")) ok = parse_fault(value, &s->fault);
         else if (!strcmp(option, "--denoiser")) ok = nrd_find_denoiser(value, &s->first) == NRD_RESULT_OK, s->last = s->first;
         else if (!strcmp(option, "--device")) ok = cli_integer(value, 0, 63, &number), *device = ok ? (int)number : 0;
+        else if (!strcmp(option, "--frames")) ok = cli_integer(value, 1, 100000000, &number), s->frames = ok ? (uint32_t)number : 0;
         else if (!strcmp(option, "--cases")) ok = cli_integer(value, 1, 100000000, &number), s->cases = ok ? (uint32_t)number : 0;
         else if (!strcmp(option, "--seed")) ok = cli_integer(value, 0, 65535, &number), s->seed = ok ? (uint32_t)number : 0;
         if (!ok) return cli_fail("nrd-stress", "%s %s is not understood", option, value);

@@ -296,7 +296,7 @@ static void run_size(stress *s, nrd_denoiser denoiser, uint32_t width, uint32_t 
 {
     rig r;
     char name[64];
-    rig_desc desc = { .device = &s->device, .denoiser = denoiser, .width = width, .height = height, .fault = s->fault };
+    rig_desc desc = stress_rig(s, denoiser, width, height);
     watch w = watch_start();
     snprintf(name, sizeof name, "size %ux%u", width, height);
     rig_open(&r, &desc);
@@ -316,7 +316,7 @@ void stress_extremes(stress *s)
 {
     for (int d = (int)s->first; d <= (int)s->last; d++) {
         rig r;
-        rig_desc desc = { .device = &s->device, .denoiser = (nrd_denoiser)d, .width = IMAGE_WIDTH, .height = IMAGE_HEIGHT, .fault = s->fault };
+        rig_desc desc = stress_rig(s, (nrd_denoiser)d, IMAGE_WIDTH, IMAGE_HEIGHT);
         rig_open(&r, &desc);
         for (size_t i = 0; i < sizeof extremes / sizeof extremes[0]; i++)
             if (concerns(&r, &extremes[i])) run_extreme(s, &r, &extremes[i]);

@@ -228,8 +228,9 @@ static void fuzz_denoiser(stress *s, nrd_denoiser denoiser, uint32_t cases)
     for (uint32_t i = 0; i < cases;) {
         rig r;
         dice d = { s->seed, 1000003u * (uint32_t)denoiser + i / CASES_PER_INSTANCE, 1u << 20 };
-        rig_desc desc = { .device = &s->device, .denoiser = denoiser, .width = 1 + throw_of(&d, 40), .height = 1 + throw_of(&d, 30), .fault = s->fault,
-                          .features = throw_chance(&d, 0.5) ? NRD_FEATURE_ALL : throw_of(&d, NRD_FEATURE_ALL + 1), .normal_encoding = throw_chance(&d, 0.5) ? 0 : throw_of(&d, 5) };
+        rig_desc desc = stress_rig(s, denoiser, 1 + throw_of(&d, 40), 1 + throw_of(&d, 30));
+        desc.features = throw_chance(&d, 0.5) ? NRD_FEATURE_ALL : throw_of(&d, NRD_FEATURE_ALL + 1);
+        desc.normal_encoding = throw_chance(&d, 0.5) ? 0 : throw_of(&d, 5);
         if (i == 0) desc.width = 19, desc.height = 13, desc.features = NRD_FEATURE_ALL, desc.normal_encoding = 0;
         rig_open(&r, &desc);
         for (uint32_t k = 0; k < CASES_PER_INSTANCE && i < cases; k++, i++) {

@@ -28,6 +28,13 @@ void check(stress *s, guarantee g, const char *of, nrd_denoiser denoiser, double
         printf("%-4s %-38s %-44s %-15s %10.3g of %.3g\n", ok ? "ok" : "FAIL", nrd_denoiser_name(denoiser), of, guarantees[g].name, measured, guarantees[g].limit);
 }
 
+rig_desc stress_rig(stress *s, nrd_denoiser denoiser, uint32_t width, uint32_t height)
+{
+    rig_desc desc = { .device = &s->device, .denoiser = denoiser, .width = width, .height = height, .frames_in_flight = RIG_SLOTS, .fault = s->fault,
+                      .set = s->set, .set_count = s->set_count };
+    return desc;
+}
+
 /* ---- noise */
 double noise_at(noise_kind kind, uint32_t x, uint32_t y, uint32_t frame, uint32_t seed)
 {

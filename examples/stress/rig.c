@@ -105,6 +105,8 @@ void rig_open(rig *r, const rig_desc *desc)
     memset(r, 0, sizeof *r);
     r->device = desc->device;
     r->fault = desc->fault;
+    r->set = desc->set;
+    r->set_count = desc->set_count;
     r->denoiser = desc->denoiser;
     r->width = desc->width;
     r->height = desc->height;
@@ -141,6 +143,7 @@ void rig_reset(rig *r)
     r->frame.denoising_range = 1000;
     r->frame.restart = 1;
     nrd_settings_defaults(r->denoiser, &r->settings);
+    settings_apply(r->set, r->set_count, r->denoiser, 1, &r->settings);
     r->camera = r->camera_prev = pose_at(0, 0, 0);
     r->rect_width = r->width;
     r->rect_height = r->height;

@@ -79,6 +79,8 @@ struct rig {
     void *packed;
     char message[256];                         /* the last error */
     fault fault;
+    const setting_value *set;                  /* on top of the defaults */
+    uint32_t set_count;
 };
 
 /* Ends the program. */
@@ -89,6 +91,8 @@ typedef struct rig_desc {
     nrd_denoiser denoiser;
     uint32_t width, height, features, normal_encoding, frames_in_flight; /* 0: 1 */
     fault fault;
+    const setting_value *set;
+    uint32_t set_count;
 } rig_desc;
 
 void rig_open(rig *r, const rig_desc *desc);

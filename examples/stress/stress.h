@@ -14,6 +14,31 @@
     X(COLOUR, 0.01, "negative colour, hit distance beyond [0,1], direction longer than its length; of the luma") \
     X(UNTOUCHED, 0, "pixels of the sky or outside of the rectangle that were written") \
     X(REFUSALS, 0, "wrong calls that were accepted, or refused without naming what is wrong; right ones that were refused") \
+    X(MEAN, 0.002, "error of the mean over the picture and 61 frames of noise that repeat, relative; of occlusion and shadows here and below: of the whole range") \
+    X(SHADOW_MEAN, 0.02, "the same of shadows") \
+    X(DRIFT, 0.002, "change of that mean in the course of a very long run") \
+    X(STEADY, 0.001, "change from frame to frame of a constant picture after 2000 frames, relative") \
+    X(STEADY_8_BIT, 0.008, "the same of occlusion, which is rounded at random to 8 bits, of the whole range") \
+    X(LENGTH, 0, "frames by which the length of history is off its maximum") \
+    X(AVERAGING, 0.15, "deviation over that of the plain mean, minus 1: still view, no spatial filter") \
+    X(FLICKER_MEAN, 0.05, "error of the mean in light that doubles every other frame, relative") \
+    X(LEAK, 0.01, "light of another surface that was there in the frame before, relative") \
+    X(JUMP, 0.05, "error of the mean 64 frames after the light has jumped up or down by 1e6, relative") \
+    X(RESIDUE, 0.001, "what is left of the light 64 frames after it went out") \
+    X(SPARSE_MEAN, 0.01, "error of the mean of noise that is 8 in one pixel of 8, relative") \
+    X(CONSTANT, 0.001, "error of a constant picture, relative: one step of 16-bit floats") \
+    X(CONSTANT_8_BIT, 0.004, "the same of occlusion: one step of 8 bits") \
+    X(GRADIENT, 0.02, "error of a linear gradient without noise, 2 px from the picture's border on, relative") \
+    X(GRADIENT_8_BIT, 0.02, "the same of occlusion, of the whole range") \
+    X(EDGE, 0.02, "error 4 pixels from a step from 0.1 to 1 on a plane without noise, relative") \
+    X(EDGE_WIDTH, 1.4, "standard deviation of what such a step is spread over, px") \
+    X(EDGE_8_BIT, 0.03, "the same of occlusion, of the whole range") \
+    X(ENERGY, 0.12, "energy that an isolated impulse loses or gains in the first frame") \
+    X(STILL_ENERGY, 0.25, "the same of a single pixel that stays lit for 40 frames") \
+    X(ARITHMETIC, 1e-5, "error of the picture when one pass computes in 32 bits, relative, by a double-precision model") \
+    X(STORAGE, 0.005, "the same when one pass stores 16 bits") \
+    X(MODEL, 0.002, "device against the model with all rounding, relative, after 12 frames of noise") \
+    X(VARIANCE, 0.02, "variance of filtered noise against that of the double-precision model, relative") \
     X(DENOISES, 0.5, "deviation that is left of the noise after 24 still frames")
 typedef enum guarantee {
 #define GUARANTEE_MEMBER(name, limit, text) GUARANTEE_##name,
@@ -38,17 +63,24 @@ typedef struct stress {
     bool quiet;          /* only what fails is printed */
     uint32_t seed, frames, cases;
     fault fault;
+    setting_value set[16];    /* on top of the defaults */
+    uint32_t set_count;
     nrd_denoiser first, last; /* to be looked at, inclusive */
     uint32_t passed, failed;
     bool seen_failing[GUARANTEE_COUNT];
     worst worst[GUARANTEE_COUNT][NRD_DENOISER_COUNT];
 } stress;
 
+/* What rig_open needs, with the options. */
+rig_desc stress_rig(stress *s, nrd_denoiser denoiser, uint32_t width, uint32_t height);
+
 /* A row of the table: passes if measured is a number and at most the guarantee's limit. */
 void check(stress *s, guarantee g, const char *of, nrd_denoiser denoiser, double measured);
 
 /* The subjects. */
 void stress_extremes(stress *s);
+void stress_analytic(stress *s);
+void stress_time(stress *s);
 void stress_fuzz(stress *s);
 
 #define FOR_PIXELS(r) for (uint32_t y = 0; y < (r)->rect_height; y++) for (uint32_t x = 0; x < (r)->rect_width; x++)
