@@ -1,8 +1,8 @@
 /* nrd-stress: tries to break every denoiser, and holds each to the guarantees that README.md states.
 
-   nrd-stress [--all] [--only SUBJECT] [--denoiser NAME] [--device N] [--quiet] [--seed N] [--cases N] [--frames N] [--set KEY=VALUE] [--plant FAULT]
+   nrd-stress [--all] [--only SUBJECT] [--denoiser NAME] [--device N] [--quiet] [--seed N] [--cases N] [--frames N] [--set KEY=VALUE] [--dump FILE] [--compare FILE] [--plant FAULT]
    Prints one row per case, denoiser and guarantee: ok or FAIL, what was measured, and the most that is allowed; then the worst of each
-   guarantee. --all: the long suite. --plant: spoils what the denoisers give, to see that the guarantees notice. Exit status: 0 all kept,
+   guarantee. --all: the long suite. --dump writes what the denoisers give on this device, --compare holds it against a file of another. --plant: spoils what the denoisers give, to see that the guarantees notice. Exit status: 0 all kept,
    1 one broken, 2 not run. */
 #define NRD_IMPLEMENTATION
 #define NRD_VK_IMPLEMENTATION
@@ -20,6 +20,9 @@ static const subject subjects[] = {
     { "extremes", stress_extremes },
     { "analytic", stress_analytic },
     { "time", stress_time },
+    { "space", stress_space },
+    { "sensitivity", stress_sensitivity },
+    { "agreement", stress_agreement },
     { "fuzz", stress_fuzz },
 };
 enum { SUBJECT_COUNT = sizeof subjects / sizeof subjects[0] };
@@ -58,6 +61,8 @@ static int parse(int argc, char **argv, stress *s, int *device, const char **onl
         bool ok = false;
         if (!strcmp(option, "--only")) ok = parse_subject(value, only);
         else if (!strcmp(option, "--set")) ok = parse_setting(value, s);
+        else if (!strcmp(option, "--dump")) ok = (s->dump = fopen(value, "w")) != NULL;
+        else if (!strcmp(option, "--compare")) ok = (s->compare = fopen(value, "r")) != NULL;
         else if (!strcmp(option, "--plant")) ok = parse_fault(value, &s->fault);
         else if (!strcmp(option, "--denoiser")) ok = nrd_find_denoiser(value, &s->first) == NRD_RESULT_OK, s->last = s->first;
         else if (!strcmp(option, "--device")) ok = cli_integer(value, 0, 63, &number), *device = ok ? (int)number : 0;
@@ -100,5 +105,7 @@ int main(int argc, char **argv)
     for (int g = 0; g < GUARANTEE_COUNT; g++) print_guarantee(&s, (guarantee)g);
     printf("nrd_stress: %u passed, %u failed\n", s.passed, s.failed);
     gpu_close(&s.device);
+    if (s.compare) fclose(s.compare);
+    if (s.dump && fclose(s.dump)) return cli_fail("nrd-stress", "the file of --dump cannot be written"), 2;
     return s.failed ? 1 : 0;
 }

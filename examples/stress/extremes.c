@@ -259,16 +259,6 @@ static bool concerns(const rig *r, const extreme *e)
     return guided || !(e->set || e->change) || e->change == put_bad || e->change == put_bad_everywhere || e->set == set_rectangle;
 }
 
-static double noise_left(const rig *r)
-{
-    double most = 0;
-    for (uint32_t s = 0; s < r->signal_count; s++) {
-        if (r->signals[s].out == NRD_RESOURCE_COUNT || r->signals[s].kind == KIND_VECTOR || r->signals[s].kind == KIND_TRANSLUCENCY) continue;
-        most = fmax(most, output_moments(r, s).deviation / input_moments(r, s).deviation);
-    }
-    return most;
-}
-
 static void run_extreme(stress *s, rig *r, const extreme *e)
 {
     watch w = watch_start();

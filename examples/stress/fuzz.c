@@ -148,6 +148,7 @@ static void throw_raw_normals(dice *d, rig *r)
 /* ---- cases */
 typedef struct batch {
     watch w;              /* the worst of all cases */
+    double beyond[GUARANTEE_COUNT];
     uint32_t refusals;
     char of[96], refused[96];
 } batch;
@@ -161,17 +162,15 @@ static bool shows_light(const rig *r)
 
 static void judge_frame(batch *b, const watch *seen, const rig *r, uint32_t number)
 {
-    double antilag = 0;
     watch w = *seen;
     watch_outputs(&w, r);
-    bool may_scale = settings_get(r->denoiser, &r->settings, "antilag_sensitivity", &antilag) && antilag > 0;
     if (!shows_light(r)) w.beyond = w.colour = 0;
-    if (may_scale && w.beyond <= guarantee_limit(GUARANTEE_ANTILAG_RANGE)) w.beyond = 0;
-    b->w.beyond = fmax(b->w.beyond, w.beyond);
+    double *beyond = &b->beyond[range_guarantee(r)];
+    *beyond = fmax(*beyond, w.beyond);
     b->w.colour = fmax(b->w.colour, w.colour);
     b->w.not_finite += w.not_finite;
     b->w.touched += w.touched;
-    if (w.not_finite || w.touched || w.beyond > guarantee_limit(GUARANTEE_RANGE) || w.colour > guarantee_limit(GUARANTEE_COLOUR)) snprintf(b->of, sizeof b->of, "fuzz case %u", number);
+    if (w.not_finite || w.touched || w.beyond > guarantee_limit(range_guarantee(r)) || w.colour > guarantee_limit(GUARANTEE_COLOUR)) snprintf(b->of, sizeof b->of, "fuzz case %u", number);
 }
 
 static void judge_result(batch *b, const wrong *w, nrd_result result, const char *message, uint32_t number)
@@ -240,7 +239,8 @@ static void fuzz_denoiser(stress *s, nrd_denoiser denoiser, uint32_t cases)
         rig_close(&r);
     }
     check(s, GUARANTEE_FINITE, b.of, denoiser, b.w.not_finite);
-    check(s, GUARANTEE_RANGE, b.of, denoiser, b.w.beyond);
+    for (int g = 0; g < GUARANTEE_COUNT; g++)
+        if (b.beyond[g] > 0) check(s, (guarantee)g, b.of, denoiser, b.beyond[g]);
     check(s, GUARANTEE_COLOUR, b.of, denoiser, b.w.colour);
     check(s, GUARANTEE_UNTOUCHED, b.of, denoiser, b.w.touched);
     check(s, GUARANTEE_REFUSALS, b.refused, denoiser, b.refusals);

@@ -139,12 +139,17 @@ void watch_outputs(watch *w, const rig *r)
     }
 }
 
-void watch_check(stress *s, const watch *w, const rig *r, const char *of)
+guarantee range_guarantee(const rig *r)
 {
     double antilag = 0;
-    bool may_scale = settings_get(r->denoiser, &r->settings, "antilag_sensitivity", &antilag) && antilag > 0;
+    bool may_scale = settings_get(r->denoiser, &r->settings, "antilag_sensitivity", &antilag) && antilag > 0, unit = r->signals[0].kind == KIND_HIT_DIST || r->signals[0].kind == KIND_DIRECTION;
+    return may_scale ? GUARANTEE_ANTILAG_RANGE : unit ? GUARANTEE_OCCLUSION_RANGE : GUARANTEE_RANGE;
+}
+
+void watch_check(stress *s, const watch *w, const rig *r, const char *of)
+{
     check(s, GUARANTEE_FINITE, of, r->denoiser, w->not_finite);
-    check(s, may_scale ? GUARANTEE_ANTILAG_RANGE : GUARANTEE_RANGE, of, r->denoiser, w->beyond);
+    check(s, range_guarantee(r), of, r->denoiser, w->beyond);
     check(s, GUARANTEE_COLOUR, of, r->denoiser, w->colour);
     check(s, GUARANTEE_UNTOUCHED, of, r->denoiser, w->touched);
 }
@@ -165,3 +170,13 @@ static moments moments_of(const rig *r, uint32_t signal, double (*value)(const r
 
 moments input_moments(const rig *r, uint32_t signal) { return moments_of(r, signal, rig_input_value); }
 moments output_moments(const rig *r, uint32_t signal) { return moments_of(r, signal, rig_output_value); }
+
+double noise_left(const rig *r)
+{
+    double most = 0;
+    for (uint32_t s = 0; s < r->signal_count; s++) {
+        if (r->signals[s].out == NRD_RESOURCE_COUNT || r->signals[s].kind == KIND_VECTOR || r->signals[s].kind == KIND_TRANSLUCENCY) continue;
+        most = fmax(most, output_moments(r, s).deviation / input_moments(r, s).deviation);
+    }
+    return most;
+}

@@ -5,12 +5,15 @@
 
 #include "stress/rig.h"
 
+#include <stdio.h>
+
 /* X(name, most that may be measured, text). A guarantee has one limit, whatever the case; where the denoisers need different ones there are
    as many guarantees. */
 #define GUARANTEES(X) \
     X(FINITE, 0, "pixels that are not finite") \
     X(RANGE, 0.002, "output beyond the range of all inputs since the restart, relative, without antilag") \
     X(ANTILAG_RANGE, 3, "the same with antilag, which may scale history by up to 4") \
+    X(OCCLUSION_RANGE, 0.05, "the same of occlusion, of the whole range: its antilag shifts history by what the mean of samples changes") \
     X(COLOUR, 0.01, "negative colour, hit distance beyond [0,1], direction longer than its length; of the luma") \
     X(UNTOUCHED, 0, "pixels of the sky or outside of the rectangle that were written") \
     X(REFUSALS, 0, "wrong calls that were accepted, or refused without naming what is wrong; right ones that were refused") \
@@ -30,7 +33,7 @@
     X(CONSTANT_8_BIT, 0.004, "the same of occlusion: one step of 8 bits") \
     X(GRADIENT, 0.02, "error of a linear gradient without noise, 2 px from the picture's border on, relative") \
     X(GRADIENT_8_BIT, 0.02, "the same of occlusion, of the whole range") \
-    X(EDGE, 0.02, "error 4 pixels from a step from 0.1 to 1 on a plane without noise, relative") \
+    X(EDGE, 0.08, "error 4 pixels from a step from 0.1 to 1 on a plane without noise, relative") \
     X(EDGE_WIDTH, 1.4, "standard deviation of what such a step is spread over, px") \
     X(EDGE_8_BIT, 0.03, "the same of occlusion, of the whole range") \
     X(ENERGY, 0.12, "energy that an isolated impulse loses or gains in the first frame") \
@@ -39,7 +42,16 @@
     X(STORAGE, 0.005, "the same when one pass stores 16 bits") \
     X(MODEL, 0.002, "device against the model with all rounding, relative, after 12 frames of noise") \
     X(VARIANCE, 0.02, "variance of filtered noise against that of the double-precision model, relative") \
-    X(DENOISES, 0.5, "deviation that is left of the noise after 24 still frames")
+    X(SENSE_SAMPLES, 0.002, "rms change of the picture when samples change by one step of a half (5e-4), of its mean") \
+    X(SENSE_MOTION, 0.02, "the same when motion changes by 0.01 px") \
+    X(SENSE_DEPTH, 0.02, "the same when depth changes by 0.1 %") \
+    X(SENSE_NORMALS, 0.04, "the same when normals change by a step of 10 bits") \
+    X(FLIPS, 0.01, "share of the pixels that change by more than 20 % of the picture's mean then") \
+    X(REPEAT, 0, "values that differ when the same frames run again") \
+    X(DEVICES, 0.01, "rms difference to another device, of the picture's mean") \
+    X(DEVICES_FLIPS, 0.01, "share of the pixels that differ by more than 20 % of the picture's mean from another device's") \
+    X(DENOISES, 0.5, "deviation that is left of the noise after 24 still frames") \
+    X(CORRELATED, 0.95, "the same of noise that is equal over 8x8 pixels, which looks like a change of light")
 typedef enum guarantee {
 #define GUARANTEE_MEMBER(name, limit, text) GUARANTEE_##name,
     GUARANTEES(GUARANTEE_MEMBER)
@@ -66,6 +78,7 @@ typedef struct stress {
     setting_value set[16];    /* on top of the defaults */
     uint32_t set_count;
     nrd_denoiser first, last; /* to be looked at, inclusive */
+    FILE *dump, *compare;     /* outputs of this device, of another; may be NULL */
     uint32_t passed, failed;
     bool seen_failing[GUARANTEE_COUNT];
     worst worst[GUARANTEE_COUNT][NRD_DENOISER_COUNT];
@@ -80,6 +93,9 @@ void check(stress *s, guarantee g, const char *of, nrd_denoiser denoiser, double
 /* The subjects. */
 void stress_extremes(stress *s);
 void stress_analytic(stress *s);
+void stress_space(stress *s);
+void stress_sensitivity(stress *s);
+void stress_agreement(stress *s);
 void stress_time(stress *s);
 void stress_fuzz(stress *s);
 
@@ -110,10 +126,12 @@ typedef struct watch {
 watch watch_start(void);
 void watch_inputs(watch *w, const rig *r);
 void watch_outputs(watch *w, const rig *r);
+guarantee range_guarantee(const rig *r); /* which one holds with its settings */
 void watch_check(stress *s, const watch *w, const rig *r, const char *of);
 
 typedef struct moments { double mean, deviation; } moments;
 moments input_moments(const rig *r, uint32_t signal);   /* over the visible pixels */
 moments output_moments(const rig *r, uint32_t signal);
+double noise_left(const rig *r);                        /* deviation of the output over that of the input, of the worst signal */
 
 #endif
