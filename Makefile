@@ -1,6 +1,7 @@
 # make               everything: SPIR-V modules, examples, tests (into build/)
 # make demo          renders a moving scene, denoises it, prints an error/time table; installs what is missing
 # make test          builds and runs all tests; installs what is missing
+# make test-long     what the tests try to break, for an hour: 100,000 frames, 20,000 random cases, every fault planted
 # make dist          build/nrd-sdk/: what an engine needs; no shader compiler among it
 # make gpu           build/gpu/: programs and tests with their libraries, for machines that have none; then, over there,
 #                    NRD_BUILD=build/gpu tests/run.sh test_gpu test_vk. tracer=1 adds nrd-render (60 MB)
@@ -43,7 +44,7 @@ tests    := $(patsubst tests/%.c,$B/tests/%,$(wildcard tests/test_*.c))
 archives := $B/libstress.a $B/libreport.a $B/libtracer.a $B/libexamples.a
 gpu      := $(patsubst $B/%,$B/gpu/%,$(filter-out $(if $(tracer),,%/nrd-render %/test_tracer),$(programs) $(tests)))
 
-.PHONY: all spv shared test check examples demo report tune dist gpu format clean
+.PHONY: all spv shared test test-long check examples demo report tune dist gpu format clean
 .DELETE_ON_ERROR:
 .SECONDARY:
 
@@ -161,6 +162,10 @@ test:
 	@$(submake) check
 	@$(submake) all dist
 	@NRD_BUILD=$B tests/run.sh
+
+test-long: $B/nrd-stress
+	@$B/nrd-stress --all --quiet
+	@$B/nrd-stress --self-test
 
 demo:
 	@examples/setup.sh

@@ -137,10 +137,10 @@ static void run_model(model *m, const nrd_reblur_settings *settings, uint32_t si
     }
 }
 
-static double most_apart(const model *a, const model *b)
+static double most_apart(const stress *s, const model *a, const model *b)
 {
-    double most = 0;
-    for (uint32_t i = 0; i < MODEL_PIXELS; i++) most = fmax(most, fabs(a->out[i].luma / b->out[i].luma - 1));
+    double most = 0, planted = s->fault == FAULT_DARK ? 0.95 : 1;
+    for (uint32_t i = 0; i < MODEL_PIXELS; i++) most = fmax(most, fabs(planted * a->out[i].luma / b->out[i].luma - 1));
     return most;
 }
 
@@ -180,10 +180,10 @@ static void compare_with_model(stress *s, rig *r)
     for (uint32_t pass = 0; pass < MODEL_PASS_COUNT; pass++) {
         snprintf(of, sizeof of, "%s in 32 bits", model_pass_name((model_pass)pass));
         run_model(&rounded, &settings, 1u << pass, 0);
-        check(s, GUARANTEE_ARITHMETIC, of, r->denoiser, most_apart(&rounded, &exact));
+        check(s, GUARANTEE_ARITHMETIC, of, r->denoiser, most_apart(s, &rounded, &exact));
         snprintf(of, sizeof of, "%s stored in 16 bits", model_pass_name((model_pass)pass));
         run_model(&rounded, &settings, 0, 1u << pass);
-        check(s, GUARANTEE_STORAGE, of, r->denoiser, most_apart(&rounded, &exact));
+        check(s, GUARANTEE_STORAGE, of, r->denoiser, most_apart(s, &rounded, &exact));
     }
     run_model(&rounded, &settings, all, all);
     run_device(r, &settings);

@@ -24,7 +24,7 @@ void check(stress *s, guarantee g, const char *of, nrd_denoiser denoiser, double
         w->measured = measured;
         snprintf(w->of, sizeof w->of, "%s", of);
     }
-    if (!ok || !s->quiet)
+    if (!s->silent && (!ok || !s->quiet))
         printf("%-4s %-38s %-44s %-15s %10.3g of %.3g\n", ok ? "ok" : "FAIL", nrd_denoiser_name(denoiser), of, guarantees[g].name, measured, guarantees[g].limit);
 }
 

@@ -142,6 +142,7 @@ void rig_reset(rig *r)
     r->frame = nrd_frame_defaults();
     r->frame.denoising_range = 1000;
     r->frame.restart = 1;
+    r->ran = 0;
     nrd_settings_defaults(r->denoiser, &r->settings);
     settings_apply(r->set, r->set_count, r->denoiser, 1, &r->settings);
     r->camera = r->camera_prev = pose_at(0, 0, 0);
@@ -309,7 +310,9 @@ static void spoil_texel(const rig *r, uint32_t signal, uint32_t x, uint32_t y)
     case FAULT_DARK: scale = 0.95f; break;
     case FAULT_COLOUR: out[1] = 3 * out[0] + 1; out[2] = out[0] + 1; return;
     case FAULT_NOISY: scale = 2 * (float)random_at(x, y, r->index); break;
-    case FAULT_UNSTEADY: scale = r->index & 1 ? 1.02f : 1; break;
+    case FAULT_UNSTEADY: scale = 2 * (float)random_at(x, y, r->downloads); break;
+    case FAULT_DRIFTING: scale = expf(-1e-4f * (float)r->ran); break;
+    case FAULT_SMEARED: if (x) for (int k = 0; k < 4; k++) out[k] = 0.9f * out[k - 4] + 0.1f * out[k]; return;
     case FAULT_BLACK: scale = 0; break;
     default: return;
     }
@@ -327,6 +330,7 @@ static void plant_fault(rig *r, uint32_t signal)
 
 void rig_download(rig *r)
 {
+    r->downloads++;
     for (int i = 0; i < NRD_RESOURCE_COUNT; i++) {
         if (!r->texels[i] || is_input((nrd_resource)i)) continue;
         size_t size = gpu_format_size(format_of((nrd_resource)i));
@@ -368,6 +372,7 @@ static nrd_result record(rig *r, VkCommandBuffer cmd, uint32_t slot, const gpu_i
 static void advance(rig *r)
 {
     r->frame.restart = 0;
+    r->ran++;
     r->camera_prev = r->camera;
     r->index++;
 }

@@ -44,7 +44,7 @@ typedef struct surface {
 /* Faults to be planted into what is downloaded, as if the denoiser had them: what has never failed proves nothing. X(name, text) */
 #define FAULTS(X) \
     X(NONE, "none") X(NAN, "nan") X(BRIGHT, "bright") X(DARK, "dark") X(COLOUR, "colour") X(NOISY, "noisy") X(WRITTEN, "written") \
-    X(UNSTEADY, "unsteady") X(BLACK, "black") X(ACCEPTED, "accepted")
+    X(UNSTEADY, "unsteady") X(BLACK, "black") X(DRIFTING, "drifting") X(SMEARED, "smeared") X(ACCEPTED, "accepted")
 typedef enum fault {
 #define FAULT_MEMBER(name, text) FAULT_##name,
     FAULTS(FAULT_MEMBER)
@@ -79,6 +79,7 @@ struct rig {
     void *packed;
     char message[256];                         /* the last error */
     fault fault;
+    uint32_t ran, downloads;                   /* frames since the reset; since the rig was opened */
     const setting_value *set;                  /* on top of the defaults */
     uint32_t set_count;
 };

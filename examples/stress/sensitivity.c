@@ -148,7 +148,7 @@ static uint32_t differing(const double *a, const double *b)
 static void write_values(const stress *s, const rig *r, const double *values)
 {
     fprintf(s->dump, "%s\n", nrd_denoiser_name(r->denoiser));
-    for (uint32_t i = 0; i < r->signal_count * WIDTH * HEIGHT; i++) fprintf(s->dump, "%.9g\n", values[i]);
+    for (uint32_t i = 0; i < r->signal_count * WIDTH * HEIGHT; i++) fprintf(s->dump, "%.17g\n", values[i]);
 }
 
 static bool read_values(const stress *s, const rig *r, double *values)
@@ -167,7 +167,7 @@ static void agree(stress *s, rig *r, double *values)
     double *again = values + RIG_MAX_SIGNALS * WIDTH * HEIGHT;
     run_scene(r, NULL, 1);
     keep_values(r, values);
-    run_scene(r, NULL, r->fault == FAULT_UNSTEADY ? 2 : 1);
+    run_scene(r, NULL, 1);
     keep_values(r, again);
     check(s, GUARANTEE_REPEAT, "the same frames again", r->denoiser, differing(values, again));
     if (s->dump) write_values(s, r, values);

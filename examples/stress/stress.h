@@ -72,7 +72,7 @@ typedef struct worst {
 typedef struct stress {
     gpu device;
     bool everything;     /* test-long */
-    bool quiet;          /* only what fails is printed */
+    bool quiet, silent;  /* only what fails is printed; nothing is */
     uint32_t seed, frames, cases;
     fault fault;
     setting_value set[16];    /* on top of the defaults */
