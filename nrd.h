@@ -88,11 +88,25 @@ extern "C" {
 #define NRD_FEATURE_SPLIT_SCREEN               8
 #define NRD_FEATURE_ALL                        15
 
+/* What an app may promise in nrd_desc.absent; passes, textures, inputs and code that only this would need disappear. NRD_ABSENCES says
+   what each means. */
+#define NRD_ABSENT_DIFFUSE           1
+#define NRD_ABSENT_SPECULAR          2
+#define NRD_ABSENT_MOTION            4
+#define NRD_ABSENT_SKY               8
+#define NRD_ABSENT_MATERIALS        16
+#define NRD_ABSENT_MIRRORS          32
+#define NRD_ABSENT_STABILIZATION    64
+#define NRD_ABSENT_LIGHTING_CHANGE 128
+#define NRD_ABSENT_BLUR            256
+#define NRD_ABSENT_ALL             511
+
 /* Specialization constants of the pipelines: X(name, id). */
 #define NRD_SPEC_CONSTANTS(X) \
     X(NORMAL_FORMAT, 0) \
     X(ROUGHNESS_FORMAT, 1) \
-    X(FEATURES, 2)
+    X(FEATURES, 2) \
+    X(ABSENT, 3)
 
 /* The constant block of every pass (uniform buffer, binding 0, std140 = C layout): X(type, name).
    Only mat4, vec4 and 32-bit scalars, every vec4 on a multiple of 16 bytes. World space is relative to the current camera. */
@@ -375,6 +389,21 @@ NRD_DECL nrd_result nrd_suggest(nrd_denoiser denoiser, nrd_device device, uint32
    Instance  >>instance */
 typedef struct nrd nrd;
 
+/* X(NRD_ABSENT_ name, name on command lines, what is promised). What does not concern a denoiser changes nothing of it. */
+#define NRD_ABSENCES(X) \
+    X(DIFFUSE, "diffuse", "denoisers of both signals get no diffuse one: they run as the denoiser of the other") \
+    X(SPECULAR, "specular", "likewise no specular signal") \
+    X(MOTION, "motion", "nothing moves, not even the jitter: IN_MV is not read; another camera or rectangle needs nrd_frame.restart") \
+    X(SKY, "sky", "every pixel of the rectangle shows a surface") \
+    X(MATERIALS, "materials", "material ids are not read: one class") \
+    X(MIRRORS, "mirrors", "no specular surface has a roughness below 0.4: reflections are taken to move with the surface") \
+    X(STABILIZATION, "stabilization", "max_stabilized_frames counts as 0") \
+    X(LIGHTING_CHANGE, "lighting_change", "antilag_sensitivity counts as 0 (denoisers of radiance)") \
+    X(BLUR, "blur", "max_blur_radius counts as 0")
+/* The i-th absence, NRD_ABSENT_ bit 1 << i: its name and text. NULL beyond the last. */
+NRD_DECL const char *nrd_absence_name(uint32_t i);
+NRD_DECL const char *nrd_absence_text(uint32_t i);
+
 typedef struct nrd_denoiser_desc {
     uint32_t identifier;   /* chosen by the app, unique in the instance */
     nrd_denoiser denoiser;
@@ -385,6 +414,7 @@ typedef struct nrd_desc {
     const nrd_denoiser_desc *denoisers;
     uint32_t denoiser_count;                /* 1 to 64 */
     uint32_t features;                      /* NRD_FEATURE_ bits; 0: none of the optional things */
+    uint32_t absent;                        /* NRD_ABSENT_ bits: what will never be needed; 0: everything may be */
     uint32_t normal_encoding;               /* NRD_NORMAL_FORMAT_ */
     uint32_t roughness_encoding;            /* NRD_ROUGHNESS_FORMAT_ */
     void *(*allocate)(void *user, size_t bytes); /* both or neither; NULL: NRD_MALLOC, NRD_FREE */
@@ -431,7 +461,7 @@ typedef struct nrd_pipeline {
     const char *shader;            /* module name, as in nrd_spirv.h */
     uint32_t binding_count;
     const nrd_access *access;      /* per binding */
-    uint32_t spec_constants[3];    /* by id */
+    uint32_t spec_constants[4];    /* by id */
 } nrd_pipeline;
 
 typedef struct nrd_pass {
@@ -518,17 +548,19 @@ enum { NRDI_TRANSIENT, NRDI_PERMANENT, NRDI_PING_PONG };
 
 /* Why a pass runs, or a binding is not replaced by its stand-in; evaluated every frame. */
 enum { NRDI_ALWAYS = 0, NRDI_IF_PREPASS = 1, NRDI_IF_BLUR = 2, NRDI_IF_ANTILAG = 4, NRDI_IF_SPLIT = 8, NRDI_IF_CONFIDENCE = 16, NRDI_IF_THRESHOLD_MIX = 32,
-       NRDI_IF_SPEC_PREPASS = 64 };
+       NRDI_IF_SPEC_PREPASS = 64, NRDI_IF_MOTION = 128, NRDI_IF_STABILIZED = 256 };
 
 /* What a pass is bound to: a nrd_resource, or a texture of the denoiser: of this frame, or the previous frame's half of a ping-pong pair. */
 #define NRDI_TEXTURE(i) (64 + (i))
 #define NRDI_PREVIOUS(i) (96 + (i))
 
 typedef struct nrdi_texture_row { const char *name; nrd_format format; uint8_t divisor, kind; } nrdi_texture_row;
-typedef struct nrdi_use { uint8_t what, access, condition, stand_in; } nrdi_use; /* condition off: stand_in is bound instead */
+/* Condition off: stand_in is bound instead; if that is the texture itself, it is bound and not looked at. */
+typedef struct nrdi_use { uint8_t what, access; uint16_t condition; uint8_t stand_in; } nrdi_use;
 typedef struct nrdi_pass_row {
     const char *name, *shader;
-    uint8_t condition, feature;  /* feature: NRD_FEATURE_ bit without which the pass does not exist */
+    uint16_t condition;
+    uint8_t feature;             /* NRD_FEATURE_ bit without which the pass does not exist */
     uint8_t span;                /* pixels of a thread, in x and in y; 0: one */
     uint8_t iteration;           /* of the spatial filter; its step doubles with each */
     nrdi_use uses[NRDI_MAX_USES]; /* up to the first with what == 0 && access == NRDI_END */
@@ -550,6 +582,10 @@ typedef struct nrdi_denoiser_row {
 #define NRDI_WRITE(t) { NRDI_TEXTURE(t), NRD_ACCESS_WRITE, 0, 0 }
 #define NRDI_READ_PREV(t) { NRDI_PREVIOUS(t), NRD_ACCESS_READ, 0, 0 }
 #define NRDI_READ_PREV_IF(t, condition) { NRDI_PREVIOUS(t), NRD_ACCESS_READ, condition, NRDI_TEXTURE(t) }
+#define NRDI_READ_IF(t, condition) { NRDI_TEXTURE(t), NRD_ACCESS_READ, condition, NRDI_TEXTURE(t) }
+#define NRDI_LINEAR_TEXTURE_IF(t, condition) { NRDI_TEXTURE(t), NRD_ACCESS_READ_LINEAR, condition, NRDI_TEXTURE(t) }
+#define NRDI_WRITE_IF(t, condition) { NRDI_TEXTURE(t), NRD_ACCESS_WRITE, condition, NRDI_TEXTURE(t) }
+#define NRDI_MOTION NRDI_IN_IF(IN_MV, NRDI_IF_MOTION, IN_VIEWZ)
 #define NRDI_WRITE_PREV(t) { NRDI_PREVIOUS(t), NRD_ACCESS_WRITE, 0, 0 }
 #define NRDI_STOP { 0, NRDI_END, 0, 0 }
 
@@ -582,18 +618,20 @@ enum { NRDI_TAP, NRDI_STATE };
 /* What the passes bind, in the order of their shaders: the guides, then what belongs to each signal. S: DIFF or SPEC.
    `scratch`: the intermediate. */
 #define NRDI_ACCUMULATION_GUIDES \
-    NRDI_IN(IN_MV), NRDI_IN(IN_NORMAL_ROUGHNESS), NRDI_IN(IN_VIEWZ), NRDI_IN_IF(IN_DISOCCLUSION_THRESHOLD_MIX, NRDI_IF_THRESHOLD_MIX, IN_VIEWZ), \
+    NRDI_MOTION, NRDI_IN(IN_NORMAL_ROUGHNESS), NRDI_IN(IN_VIEWZ), NRDI_IN_IF(IN_DISOCCLUSION_THRESHOLD_MIX, NRDI_IF_THRESHOLD_MIX, IN_VIEWZ), \
     NRDI_READ_PREV(NRDI_GUIDE), NRDI_WRITE(NRDI_GUIDE)
 #define NRDI_ACCUMULATION_SIGNAL(S, prepass) \
     NRDI_IN_IF(OUT_##S##_RADIANCE_HITDIST, prepass, IN_##S##_RADIANCE_HITDIST), \
     NRDI_LINEAR_IF(IN_##S##_CONFIDENCE, NRDI_IF_CONFIDENCE, IN_##S##_RADIANCE_HITDIST), NRDI_READ(NRDI_##S##_HISTORY), \
-    NRDI_READ(NRDI_##S##_STABILIZED), NRDI_LINEAR(NRDI_##S##_TILE), NRDI_OUT(OUT_##S##_RADIANCE_HITDIST), NRDI_WRITE(NRDI_##S##_TILE_RAW)
+    NRDI_READ_IF(NRDI_##S##_STABILIZED, NRDI_IF_STABILIZED), NRDI_LINEAR_TEXTURE_IF(NRDI_##S##_TILE, NRDI_IF_ANTILAG), NRDI_OUT(OUT_##S##_RADIANCE_HITDIST), \
+    NRDI_WRITE_IF(NRDI_##S##_TILE_RAW, NRDI_IF_ANTILAG)
 #define NRDI_BLUR_SIGNAL(S, scratch) \
-    NRDI_IN(OUT_##S##_RADIANCE_HITDIST), NRDI_LINEAR(NRDI_##S##_TILE), NRDI_WRITE(NRDI_##S##_HISTORY), NRDI_WRITE_PREV(scratch)
+    NRDI_IN(OUT_##S##_RADIANCE_HITDIST), NRDI_LINEAR_TEXTURE_IF(NRDI_##S##_TILE, NRDI_IF_ANTILAG), NRDI_WRITE(NRDI_##S##_HISTORY), NRDI_WRITE_PREV(scratch)
 #define NRDI_TO_OUT_SIGNAL(S, scratch) NRDI_READ_PREV(scratch), NRDI_OUT(OUT_##S##_RADIANCE_HITDIST)
 #define NRDI_FROM_OUT_SIGNAL(S, scratch) NRDI_IN(OUT_##S##_RADIANCE_HITDIST), NRDI_WRITE_PREV(scratch)
 #define NRDI_STABILIZATION_SIGNAL(S, scratch) \
-    NRDI_READ_PREV(scratch), NRDI_LINEAR(NRDI_##S##_TILE), NRDI_WRITE(NRDI_##S##_STABILIZED), NRDI_OUT(OUT_##S##_RADIANCE_HITDIST)
+    NRDI_READ_PREV(scratch), NRDI_LINEAR_TEXTURE_IF(NRDI_##S##_TILE, NRDI_IF_ANTILAG), NRDI_WRITE_IF(NRDI_##S##_STABILIZED, NRDI_IF_STABILIZED), \
+    NRDI_OUT(OUT_##S##_RADIANCE_HITDIST)
 
 #define NRDI_PREPASS(S, shader, text, prepass) \
     { "pre-pass" text, shader, prepass, NRD_FEATURE_PREPASS, 0, 0, \
@@ -658,7 +696,7 @@ static const nrdi_denoiser_row nrdi_rows[NRD_DENOISER_COUNT] = {
       { { "TAP", NRD_FORMAT_R32_UINT, 1, NRDI_PING_PONG },
         { "STATE", NRD_FORMAT_R16_UINT, 1, NRDI_PING_PONG } },
       { { "temporal accumulation", "reblur_diffuse_occlusion_accumulation", NRDI_ALWAYS, 0, 0, 0,
-          { NRDI_IN(IN_MV), NRDI_IN(IN_NORMAL_ROUGHNESS), NRDI_IN(IN_VIEWZ), NRDI_IN(IN_DIFF_HITDIST), NRDI_LINEAR_CONFIDENCE(DIFF),
+          { NRDI_MOTION, NRDI_IN(IN_NORMAL_ROUGHNESS), NRDI_IN(IN_VIEWZ), NRDI_IN(IN_DIFF_HITDIST), NRDI_LINEAR_CONFIDENCE(DIFF),
             NRDI_IN_IF(IN_DISOCCLUSION_THRESHOLD_MIX, NRDI_IF_THRESHOLD_MIX, IN_VIEWZ),
             NRDI_READ_PREV(NRDI_TAP), NRDI_READ_PREV(NRDI_STATE), NRDI_WRITE(NRDI_TAP), NRDI_WRITE(NRDI_STATE), NRDI_STOP } },
         { "blur", "reblur_diffuse_occlusion_blur", NRDI_IF_BLUR, 0, 0, 0,
@@ -669,7 +707,7 @@ static const nrdi_denoiser_row nrdi_rows[NRD_DENOISER_COUNT] = {
     { NRDI_FAMILY_OCCLUSION,
       { { "TAP", NRD_FORMAT_RG32_UINT, 1, NRDI_PING_PONG } },
       { { "temporal accumulation", "reblur_specular_occlusion_accumulation", NRDI_ALWAYS, 0, 0, 0,
-          { NRDI_IN(IN_MV), NRDI_IN(IN_NORMAL_ROUGHNESS), NRDI_IN(IN_VIEWZ), NRDI_IN(IN_SPEC_HITDIST), NRDI_LINEAR_CONFIDENCE(SPEC),
+          { NRDI_MOTION, NRDI_IN(IN_NORMAL_ROUGHNESS), NRDI_IN(IN_VIEWZ), NRDI_IN(IN_SPEC_HITDIST), NRDI_LINEAR_CONFIDENCE(SPEC),
             NRDI_IN_IF(IN_DISOCCLUSION_THRESHOLD_MIX, NRDI_IF_THRESHOLD_MIX, IN_VIEWZ), NRDI_READ_PREV(NRDI_TAP), NRDI_WRITE(NRDI_TAP), NRDI_STOP } },
         { "blur", "reblur_specular_occlusion_blur", NRDI_IF_BLUR, 0, 0, 0,
           { NRDI_IN(IN_NORMAL_ROUGHNESS), NRDI_READ(NRDI_TAP), NRDI_WRITE_PREV(NRDI_TAP), NRDI_STOP } },
@@ -680,7 +718,7 @@ static const nrdi_denoiser_row nrdi_rows[NRD_DENOISER_COUNT] = {
       { { "TAP", NRD_FORMAT_RG32_UINT, 1, NRDI_PING_PONG },
         { "STATE", NRD_FORMAT_R16_UINT, 1, NRDI_PING_PONG } },
       { { "temporal accumulation", "reblur_diffuse_specular_occlusion_accumulation", NRDI_ALWAYS, 0, 0, 0,
-          { NRDI_IN(IN_MV), NRDI_IN(IN_NORMAL_ROUGHNESS), NRDI_IN(IN_VIEWZ), NRDI_IN(IN_DIFF_HITDIST), NRDI_LINEAR_CONFIDENCE(DIFF),
+          { NRDI_MOTION, NRDI_IN(IN_NORMAL_ROUGHNESS), NRDI_IN(IN_VIEWZ), NRDI_IN(IN_DIFF_HITDIST), NRDI_LINEAR_CONFIDENCE(DIFF),
             NRDI_IN_IF(IN_DISOCCLUSION_THRESHOLD_MIX, NRDI_IF_THRESHOLD_MIX, IN_VIEWZ), NRDI_READ_PREV(NRDI_TAP), NRDI_READ_PREV(NRDI_STATE),
             NRDI_WRITE(NRDI_TAP), NRDI_WRITE(NRDI_STATE), NRDI_IN(IN_SPEC_HITDIST), NRDI_LINEAR_CONFIDENCE(SPEC), NRDI_STOP } },
         { "blur", "reblur_diffuse_specular_occlusion_blur", NRDI_IF_BLUR, 0, 0, 0,
@@ -693,7 +731,7 @@ static const nrdi_denoiser_row nrdi_rows[NRD_DENOISER_COUNT] = {
       { { "TAP", NRD_FORMAT_RG32_UINT, 1, NRDI_PING_PONG },
         { "STATE", NRD_FORMAT_R16_UINT, 1, NRDI_PING_PONG } },
       { { "temporal accumulation", "reblur_directional_occlusion_accumulation", NRDI_ALWAYS, 0, 0, 0,
-          { NRDI_IN(IN_MV), NRDI_IN(IN_NORMAL_ROUGHNESS), NRDI_IN(IN_VIEWZ), NRDI_IN(IN_DIFF_DIRECTION_HITDIST),
+          { NRDI_MOTION, NRDI_IN(IN_NORMAL_ROUGHNESS), NRDI_IN(IN_VIEWZ), NRDI_IN(IN_DIFF_DIRECTION_HITDIST),
             NRDI_LINEAR_IF(IN_DIFF_CONFIDENCE, NRDI_IF_CONFIDENCE, IN_DIFF_DIRECTION_HITDIST), NRDI_IN_IF(IN_DISOCCLUSION_THRESHOLD_MIX, NRDI_IF_THRESHOLD_MIX, IN_VIEWZ),
             NRDI_READ_PREV(NRDI_TAP), NRDI_READ_PREV(NRDI_STATE), NRDI_WRITE(NRDI_TAP), NRDI_WRITE(NRDI_STATE), NRDI_STOP } },
         { "blur", "reblur_directional_occlusion_blur", NRDI_IF_BLUR, 0, 0, 0,
@@ -708,11 +746,11 @@ static const nrdi_denoiser_row nrdi_rows[NRD_DENOISER_COUNT] = {
         { "SHADOW_MEAN", NRD_FORMAT_R32_UINT, 1, NRDI_TRANSIENT },
         { "SHADOW_STABILIZED", NRD_FORMAT_R8_UNORM, 1, NRDI_TRANSIENT } },
       { { "shadow accumulation", "sigma_accumulation", NRDI_ALWAYS, 0, 0, 0,
-          { NRDI_IN(IN_MV), NRDI_IN(IN_NORMAL_ROUGHNESS), NRDI_IN(IN_VIEWZ), NRDI_IN(IN_PENUMBRA), NRDI_READ(NRDI_SHADOW_HISTORY), NRDI_READ_PREV(NRDI_SHADOW_TILE),
-            NRDI_WRITE(NRDI_SHADOW_MEAN), NRDI_WRITE(NRDI_SHADOW_TILE), NRDI_OUT(OUT_SHADOW), NRDI_WRITE(NRDI_SHADOW_EXTRA), NRDI_STOP } },
+          { NRDI_MOTION, NRDI_IN(IN_NORMAL_ROUGHNESS), NRDI_IN(IN_VIEWZ), NRDI_IN(IN_PENUMBRA), NRDI_READ(NRDI_SHADOW_HISTORY), NRDI_READ_PREV(NRDI_SHADOW_TILE),
+            NRDI_WRITE(NRDI_SHADOW_MEAN), NRDI_WRITE(NRDI_SHADOW_TILE), NRDI_OUT(OUT_SHADOW), NRDI_WRITE_IF(NRDI_SHADOW_EXTRA, NRDI_IF_STABILIZED), NRDI_STOP } },
         { "shadow blur", "sigma_blur", NRDI_ALWAYS, 0, 2, 0,
           { NRDI_IN(IN_NORMAL_ROUGHNESS), NRDI_READ(NRDI_SHADOW_TILE), NRDI_READ(NRDI_SHADOW_MEAN), NRDI_WRITE(NRDI_SHADOW_HISTORY),
-            NRDI_OUT(OUT_SHADOW), NRDI_READ(NRDI_SHADOW_EXTRA), NRDI_STOP } },
+            NRDI_OUT(OUT_SHADOW), NRDI_READ_IF(NRDI_SHADOW_EXTRA, NRDI_IF_STABILIZED), NRDI_STOP } },
         { "split screen", "sigma_split_screen", NRDI_IF_SPLIT, NRD_FEATURE_SPLIT_SCREEN, 0, 0,
           { NRDI_IN(IN_VIEWZ), NRDI_IN(IN_PENUMBRA), NRDI_OUT(OUT_SHADOW), NRDI_STOP } } } },
     { NRDI_FAMILY_SIGMA,
@@ -721,7 +759,7 @@ static const nrdi_denoiser_row nrdi_rows[NRD_DENOISER_COUNT] = {
         { "SHADOW_MEAN", NRD_FORMAT_RG32_UINT, 1, NRDI_TRANSIENT },
         { "SHADOW_HISTORY_COLOR", NRD_FORMAT_R16_UINT, 1, NRDI_PERMANENT } },
       { { "shadow accumulation", "sigma_accumulation_translucency", NRDI_ALWAYS, 0, 0, 0,
-          { NRDI_IN(IN_MV), NRDI_IN(IN_NORMAL_ROUGHNESS), NRDI_IN(IN_VIEWZ), NRDI_IN(IN_PENUMBRA), NRDI_READ(NRDI_SHADOW_HISTORY), NRDI_READ_PREV(NRDI_SHADOW_TILE),
+          { NRDI_MOTION, NRDI_IN(IN_NORMAL_ROUGHNESS), NRDI_IN(IN_VIEWZ), NRDI_IN(IN_PENUMBRA), NRDI_READ(NRDI_SHADOW_HISTORY), NRDI_READ_PREV(NRDI_SHADOW_TILE),
             NRDI_WRITE(NRDI_SHADOW_MEAN), NRDI_WRITE(NRDI_SHADOW_TILE), NRDI_OUT(OUT_SHADOW_TRANSLUCENCY), NRDI_IN(IN_TRANSLUCENCY), NRDI_READ(NRDI_SHADOW_EXTRA), NRDI_STOP } },
         { "shadow blur", "sigma_blur_translucency", NRDI_ALWAYS, 0, 2, 0,
           { NRDI_IN(IN_NORMAL_ROUGHNESS), NRDI_READ(NRDI_SHADOW_TILE), NRDI_READ(NRDI_SHADOW_MEAN), NRDI_WRITE(NRDI_SHADOW_HISTORY),
@@ -765,6 +803,17 @@ const char *nrd_denoiser_name(nrd_denoiser denoiser)
     };
     return (uint32_t)denoiser < NRD_DENOISER_COUNT ? names[denoiser] : NULL;
 }
+
+typedef struct nrdi_absence { const char *name, *text; } nrdi_absence;
+static const nrdi_absence nrdi_absences[] = {
+#define NRDI_X(name, text, promise) { text, promise },
+    NRD_ABSENCES(NRDI_X)
+#undef NRDI_X
+};
+enum { NRDI_ABSENCE_COUNT = sizeof nrdi_absences / sizeof nrdi_absences[0] };
+
+const char *nrd_absence_name(uint32_t i) { return i < NRDI_ABSENCE_COUNT ? nrdi_absences[i].name : NULL; }
+const char *nrd_absence_text(uint32_t i) { return i < NRDI_ABSENCE_COUNT ? nrdi_absences[i].text : NULL; }
 
 nrd_result nrd_find_denoiser(const char *name, nrd_denoiser *out)
 {
@@ -1083,6 +1132,61 @@ static nrd_result nrdi_needs_feature(const nrd_desc *desc, const char *field, ui
 
 /* ---------------------------------------------------------------------------------------------------------------------------
    Graph  >>graph */
+/* What a condition needs: never: the declaration that rules it out for good; now: why it can be off in a frame, NULL: it is never off. */
+typedef struct nrdi_reason { uint32_t condition, feature, absent; const char *never, *now; } nrdi_reason;
+static const nrdi_reason nrdi_reasons[] = {
+#define NRDI_LACKS(feature) NRD_FEATURE_##feature, 0, "nrd_desc.features lacks NRD_FEATURE_" #feature
+#define NRDI_RULED_OUT(absence) 0, NRD_ABSENT_##absence, "nrd_desc.absent has NRD_ABSENT_" #absence
+    { NRDI_IF_PREPASS, NRDI_LACKS(PREPASS), "diffuse_prepass_blur_radius is 0" },
+    { NRDI_IF_SPEC_PREPASS, NRDI_LACKS(PREPASS), "specular_prepass_blur_radius is 0" },
+    { NRDI_IF_SPLIT, NRDI_LACKS(SPLIT_SCREEN), "nrd_frame.split_screen is 0" },
+    { NRDI_IF_CONFIDENCE, NRDI_LACKS(HISTORY_CONFIDENCE), "nrd_frame.history_confidence_available is 0" },
+    { NRDI_IF_THRESHOLD_MIX, NRDI_LACKS(DISOCCLUSION_THRESHOLD_MIX), "nrd_frame.disocclusion_threshold_mix_available is 0" },
+    { NRDI_IF_BLUR, NRDI_RULED_OUT(BLUR), "max_blur_radius is 0" },
+    { NRDI_IF_ANTILAG, NRDI_RULED_OUT(LIGHTING_CHANGE), "antilag_sensitivity is 0" },
+    { NRDI_IF_MOTION, NRDI_RULED_OUT(MOTION), NULL },
+    { NRDI_IF_STABILIZED, NRDI_RULED_OUT(STABILIZATION), NULL },
+#undef NRDI_LACKS
+#undef NRDI_RULED_OUT
+};
+enum { NRDI_REASON_COUNT = sizeof nrdi_reasons / sizeof nrdi_reasons[0] };
+
+/* The conditions that what is declared leaves open. */
+static uint32_t nrdi_possible(const nrd_desc *desc)
+{
+    uint32_t possible = ~0u;
+    for (uint32_t i = 0; i < NRDI_REASON_COUNT; i++) {
+        const nrdi_reason *r = &nrdi_reasons[i];
+        if ((r->feature && !(desc->features & r->feature)) || (desc->absent & r->absent)) possible &= ~r->condition;
+    }
+    return possible;
+}
+
+static const nrdi_reason *nrdi_reason_of(uint32_t condition)
+{
+    for (uint32_t i = 0; i < NRDI_REASON_COUNT; i++)
+        if (nrdi_reasons[i].condition & condition) return &nrdi_reasons[i];
+    return NULL;
+}
+
+static bool nrdi_holds(uint32_t condition, uint32_t on) { return !condition || (condition & on) != 0; }
+
+/* A denoiser of both signals, one of which is absent, is the denoiser of the other. */
+typedef struct nrdi_reduction { nrd_denoiser whole; uint32_t absent; nrd_denoiser rest; } nrdi_reduction;
+static const nrdi_reduction nrdi_reductions[] = {
+    { NRD_DENOISER_REBLUR_DIFFUSE_SPECULAR, NRD_ABSENT_SPECULAR, NRD_DENOISER_REBLUR_DIFFUSE },
+    { NRD_DENOISER_REBLUR_DIFFUSE_SPECULAR, NRD_ABSENT_DIFFUSE, NRD_DENOISER_REBLUR_SPECULAR },
+    { NRD_DENOISER_REBLUR_DIFFUSE_SPECULAR_OCCLUSION, NRD_ABSENT_SPECULAR, NRD_DENOISER_REBLUR_DIFFUSE_OCCLUSION },
+    { NRD_DENOISER_REBLUR_DIFFUSE_SPECULAR_OCCLUSION, NRD_ABSENT_DIFFUSE, NRD_DENOISER_REBLUR_SPECULAR_OCCLUSION },
+};
+
+static nrd_denoiser nrdi_reduce(nrd_denoiser denoiser, uint32_t absent)
+{
+    for (size_t i = 0; i < sizeof nrdi_reductions / sizeof nrdi_reductions[0]; i++)
+        if (nrdi_reductions[i].whole == denoiser && (nrdi_reductions[i].absent & absent)) return nrdi_reductions[i].rest;
+    return denoiser;
+}
+
 /* Passes of a denoiser that are of use: those that write what the app gets or what survives the frame, and those that feed them. */
 static uint32_t nrdi_useful_passes(const nrdi_denoiser_row *row, uint32_t enabled)
 {
@@ -1108,19 +1212,56 @@ static uint32_t nrdi_useful_passes(const nrdi_denoiser_row *row, uint32_t enable
     return useful;
 }
 
-static uint32_t nrdi_declared_passes(const nrdi_denoiser_row *row, uint32_t features)
+static uint32_t nrdi_declared_passes(const nrdi_denoiser_row *row, const nrd_desc *desc)
 {
-    uint32_t enabled = 0;
-    for (uint32_t p = 0; p < nrdi_pass_count(row); p++)
-        if (!row->passes[p].feature || (features & row->passes[p].feature)) enabled |= 1u << p;
+    uint32_t enabled = 0, possible = nrdi_possible(desc);
+    for (uint32_t p = 0; p < nrdi_pass_count(row); p++) {
+        const nrdi_pass_row *pass = &row->passes[p];
+        if ((!pass->feature || (desc->features & pass->feature)) && nrdi_holds(pass->condition, possible)) enabled |= 1u << p;
+    }
     return nrdi_useful_passes(row, enabled);
 }
+
+static const char *nrdi_why_never(const nrdi_pass_row *pass, uint32_t possible)
+{
+    const nrdi_reason *r = nrdi_holds(pass->condition, possible) ? NULL : nrdi_reason_of(pass->condition);
+    return r ? r->never : "nothing that is left reads its result";
+}
+
+static bool nrdi_is_use_of(const nrdi_use *use, uint32_t texture) { return use->what == NRDI_TEXTURE(texture) || use->what == NRDI_PREVIOUS(texture); }
 
 static bool nrdi_pass_uses(const nrdi_pass_row *pass, uint32_t texture)
 {
     for (uint32_t u = 0; u < nrdi_use_count(pass); u++)
-        if (pass->uses[u].what == NRDI_TEXTURE(texture) || pass->uses[u].what == NRDI_PREVIOUS(texture)) return true;
+        if (nrdi_is_use_of(&pass->uses[u], texture)) return true;
     return false;
+}
+
+/* Under which condition alone the passes use a texture; NULL: they may need it always. Such a texture has but one texel where the
+   condition is ruled out: its bindings stay. */
+static const nrdi_reason *nrdi_ruled_out(const nrdi_denoiser_row *row, uint32_t passes, uint32_t texture, uint32_t possible)
+{
+    const nrdi_reason *why = NULL;
+    for (uint32_t p = 0; p < nrdi_pass_count(row); p++)
+        for (uint32_t u = 0; (passes >> p & 1u) && u < nrdi_use_count(&row->passes[p]); u++) {
+            const nrdi_use *use = &row->passes[p].uses[u];
+            if (!nrdi_is_use_of(use, texture)) continue;
+            if (nrdi_holds(use->condition, possible)) return NULL;
+            why = nrdi_reason_of(use->condition);
+        }
+    return why;
+}
+
+static uint64_t nrdi_texture_bytes(const nrd_desc *desc, const nrdi_texture_row *row)
+{
+    uint64_t texels = (uint64_t)((desc->width + row->divisor - 1u) / row->divisor) * ((desc->height + row->divisor - 1u) / row->divisor);
+    return texels * nrd_format_bytes(row->format) * (row->kind == NRDI_PING_PONG ? 2u : 1u);
+}
+
+static void nrdi_leave_out(nrd *n, const char *what, const char *why, uint64_t bytes)
+{
+    nrd_left_out left = { what, why, bytes };
+    n->left_out[n->info.left_out_count++] = left;
 }
 
 uint64_t nrd_place_blocks(nrd_block *blocks, uint32_t count)
@@ -1160,13 +1301,15 @@ static void nrdi_add_texture(nrd *n, nrdi_state *s, uint32_t index)
         t.last_pass = s->pass_base + p;
     }
     if (t.first_pass == UINT32_MAX) return;   /* nobody that is left needs it */
+    const nrdi_reason *ruled_out = nrdi_ruled_out(s->row, nrdi_declared_passes(s->row, &n->desc), index, nrdi_possible(&n->desc));
     t.name = row->name;
     t.denoiser = (uint32_t)(s - n->states);
     t.format = row->format;
-    t.width = (n->desc.width + row->divisor - 1u) / row->divisor;
-    t.height = (n->desc.height + row->divisor - 1u) / row->divisor;
+    t.width = ruled_out ? 1u : (n->desc.width + row->divisor - 1u) / row->divisor;
+    t.height = ruled_out ? 1u : (n->desc.height + row->divisor - 1u) / row->divisor;
     t.permanent = row->kind != NRDI_TRANSIENT;
     t.bytes = (uint64_t)t.width * t.height * nrd_format_bytes(row->format);
+    if (ruled_out) nrdi_leave_out(n, row->name, ruled_out->never, nrdi_texture_bytes(&n->desc, row) - t.bytes);
     s->first_texture[index] = n->info.texture_count;
     for (uint32_t k = 0; k < (row->kind == NRDI_PING_PONG ? 2u : 1u); k++) n->textures[n->info.texture_count++] = t;
 }
@@ -1185,6 +1328,7 @@ static uint32_t nrdi_find_pipeline(nrd *n, const nrdi_pass_row *pass)
     p->spec_constants[0] = n->desc.normal_encoding;
     p->spec_constants[1] = n->desc.roughness_encoding;
     p->spec_constants[2] = n->desc.features;
+    p->spec_constants[3] = n->desc.absent;
     if (p->binding_count > n->info.max_bindings) n->info.max_bindings = p->binding_count;
     return i;
 }
@@ -1197,23 +1341,19 @@ static uint64_t nrdi_saved_bytes(const nrd *n, const nrdi_denoiser_row *row, uin
         const nrdi_texture_row *r = &row->textures[t];
         bool needed = !nrdi_pass_uses(&row->passes[pass], t);
         for (uint32_t p = 0; p < nrdi_pass_count(row); p++) needed |= (useful >> p & 1u) && nrdi_pass_uses(&row->passes[p], t);
-        if (needed) continue;
-        uint64_t texels = (uint64_t)((n->desc.width + r->divisor - 1u) / r->divisor) * ((n->desc.height + r->divisor - 1u) / r->divisor);
-        bytes += texels * nrd_format_bytes(r->format) * (r->kind == NRDI_PING_PONG ? 2u : 1u);
+        bytes += needed ? 0 : nrdi_texture_bytes(&n->desc, r);
     }
     return bytes;
 }
 
 static void nrdi_add_passes(nrd *n, nrdi_state *s)
 {
-    uint32_t index = (uint32_t)(s - n->states), useful = nrdi_declared_passes(s->row, n->desc.features);
+    uint32_t index = (uint32_t)(s - n->states), useful = nrdi_declared_passes(s->row, &n->desc);
     s->pass_base = n->info.pass_count;
     for (uint32_t p = 0; p < nrdi_pass_count(s->row); p++) {
         const nrdi_pass_row *row = &s->row->passes[p];
         if (!(useful & (1u << p))) {
-            nrd_left_out left = { row->name, row->feature ? "nrd_desc.features does not declare it" : "nothing that is left reads its result",
-                                  nrdi_saved_bytes(n, s->row, p, useful) };
-            n->left_out[n->info.left_out_count++] = left;
+            nrdi_leave_out(n, row->name, nrdi_why_never(row, nrdi_possible(&n->desc)), nrdi_saved_bytes(n, s->row, p, useful));
             continue;
         }
         nrdi_live_pass live = { row, index, nrdi_find_pipeline(n, row) };
@@ -1246,7 +1386,7 @@ static void nrdi_compile(nrd *n)
         n->denoisers[i] = n->desc.denoisers[i];
         s->denoiser = n->denoisers[i].denoiser;
         s->identifier = n->denoisers[i].identifier;
-        s->row = &nrdi_rows[s->denoiser];
+        s->row = &nrdi_rows[nrdi_reduce(s->denoiser, n->desc.absent)];
         nrd_settings_defaults(s->denoiser, &s->settings);
         nrdi_add_passes(n, s);
         for (uint32_t t = 0; t < NRDI_MAX_TEXTURES; t++) nrdi_add_texture(n, s, t);
@@ -1273,6 +1413,9 @@ static nrd_result nrdi_check_desc(const nrd_desc *d)
     if ((r = nrdi_check_range(d, "nrd_desc", "height", d->height, 1, 16384))) return r;
     if ((r = nrdi_check_range(d, "nrd_desc", "denoiser_count", d->denoiser_count, 1, 64))) return r;
     if ((r = nrdi_check_range(d, "nrd_desc", "features", d->features, 0, NRD_FEATURE_ALL))) return r;
+    if ((r = nrdi_check_range(d, "nrd_desc", "absent", d->absent, 0, NRD_ABSENT_ALL))) return r;
+    if ((d->absent & NRD_ABSENT_DIFFUSE) && (d->absent & NRD_ABSENT_SPECULAR))
+        return nrdi_invalid(d, "nrd_desc.absent has NRD_ABSENT_DIFFUSE and NRD_ABSENT_SPECULAR: one of both signals must be left");
     if ((r = nrdi_check_range(d, "nrd_desc", "normal_encoding", d->normal_encoding, 0, NRD_NORMAL_FORMAT_RGBA16_SNORM))) return r;
     if ((r = nrdi_check_range(d, "nrd_desc", "roughness_encoding", d->roughness_encoding, 0, NRD_ROUGHNESS_FORMAT_SQRT_LINEAR))) return r;
     if (!d->denoisers) return nrdi_invalid(d, "nrd_desc.denoisers is NULL");
@@ -1305,7 +1448,7 @@ static size_t nrdi_lay_out(nrd *n, char *base, size_t denoisers)
     NRDI_CARVE(pipelines, nrd_pipeline, passes);
     NRDI_CARVE(passes, nrd_pass, passes);
     NRDI_CARVE(live, nrdi_live_pass, passes);
-    NRDI_CARVE(left_out, nrd_left_out, passes);
+    NRDI_CARVE(left_out, nrd_left_out, passes + denoisers * NRDI_MAX_TEXTURES);
     NRDI_CARVE(accesses, nrd_access, passes * NRDI_MAX_USES);
     NRDI_CARVE(bindings, nrd_binding, passes * NRDI_MAX_USES);
     NRDI_CARVE(dispatches, nrd_dispatch, passes);
@@ -1346,9 +1489,7 @@ bool nrd_uses_resource(const nrd *instance, nrd_resource resource)
     for (uint32_t p = 0; instance && p < instance->info.pass_count; p++) {
         const nrdi_pass_row *row = instance->live[p].row;
         for (uint32_t u = 0; u < nrdi_use_count(row); u++) {
-            bool optional = (row->uses[u].condition == NRDI_IF_CONFIDENCE && !(instance->desc.features & NRD_FEATURE_HISTORY_CONFIDENCE))
-                         || (row->uses[u].condition == NRDI_IF_THRESHOLD_MIX && !(instance->desc.features & NRD_FEATURE_DISOCCLUSION_THRESHOLD_MIX));
-            if (row->uses[u].what == (uint32_t)resource && !optional) return true;
+            if (row->uses[u].what == (uint32_t)resource && nrdi_holds(row->uses[u].condition, nrdi_possible(&instance->desc))) return true;
             if (row->uses[u].condition && row->uses[u].stand_in == (uint32_t)resource) return true;
         }
     }
@@ -1399,6 +1540,25 @@ static nrd_result nrdi_check_frame(const nrd *n, const nrd_frame *f, uint32_t wi
     return NRD_RESULT_OK;
 }
 
+static bool nrdi_same_view(const nrd_camera *a, const nrd_camera *b)
+{
+    return !memcmp(a->view_to_clip, b->view_to_clip, sizeof a->view_to_clip) && !memcmp(a->world_to_view, b->world_to_view, sizeof a->world_to_view);
+}
+
+/* With NRD_ABSENT_MOTION. last: the frame before it. */
+static nrd_result nrdi_check_stillness(const nrd_desc *d, const nrd_frame *f, const nrd_frame *last, uint32_t width, uint32_t height)
+{
+    const char *moved = NULL;
+    if (width != last->rect_width || height != last->rect_height) moved = "the rectangle";
+    if (memcmp(f->camera.jitter, last->camera.jitter, sizeof f->camera.jitter)) moved = "the jitter";
+    if (!nrdi_same_view(&f->camera, &last->camera) || (f->camera_prev && !nrdi_same_view(&f->camera, f->camera_prev))) moved = "the camera";
+    if (!moved) return NRD_RESULT_OK;
+    nrdi_text t = { { 0 }, 0 };
+    nrdi_put(&t, "nrd_frame: "); nrdi_put(&t, moved);
+    nrdi_put(&t, " has changed, but nrd_desc.absent has NRD_ABSENT_MOTION: allowed with nrd_frame.restart only");
+    return nrdi_invalid(d, t.s);
+}
+
 nrd_result nrd_set_frame(nrd *n, const nrd_frame *frame)
 {
     if (!n) return NRD_RESULT_INVALID_ARGUMENT;
@@ -1407,6 +1567,8 @@ nrd_result nrd_set_frame(nrd *n, const nrd_frame *frame)
     nrd_result r = nrdi_check_frame(n, frame, width, height);
     if (r) return r;
     bool first = !n->frame_set, advanced = first || frame->frame_index != n->frame.frame_index;
+    const nrd_frame *before = advanced ? (first ? NULL : &n->frame) : n->has_last ? &n->last : NULL;
+    if ((n->desc.absent & NRD_ABSENT_MOTION) && before && !frame->restart && (r = nrdi_check_stillness(&n->desc, frame, before, width, height))) return r;
     if (!first && advanced && frame->frame_index != n->frame.frame_index + 1 && !frame->restart)
         nrdi_tell(&n->desc, NRD_SEVERITY_WARNING, NRD_RESULT_INVALID_ARGUMENT, "nrd_frame.frame_index did not advance by 1: history restarts");
     if (advanced && !first) {   /* what a replacing frame with the same index starts from again */
@@ -1609,11 +1771,20 @@ static void nrdi_fill_sigma(const nrd *n, const nrd_sigma_settings *s, nrd_const
     c->plane_distance_sensitivity = s->plane_distance_sensitivity;
 }
 
+/* Settings that ask for what is absent count as 0. */
+static void nrdi_apply_absent(uint32_t absent, nrd_constants *c)
+{
+    if (absent & NRD_ABSENT_STABILIZATION) c->max_stabilized_frames = 0;
+    if (absent & NRD_ABSENT_BLUR) c->max_blur_radius = 0;
+    if (absent & NRD_ABSENT_LIGHTING_CHANGE) {
+        c->antilag_sensitivity = 0;
+        c->flags &= ~NRD_FLAG_ANTILAG;
+    }
+}
+
 static bool nrdi_camera_moved(const nrd *n)
 {
-    return memcmp(n->frame.camera.view_to_clip, n->camera_prev.view_to_clip, sizeof n->camera_prev.view_to_clip)
-        || memcmp(n->frame.camera.world_to_view, n->camera_prev.world_to_view, sizeof n->camera_prev.world_to_view)
-        || n->frame.rect_width != n->rect_prev[0] || n->frame.rect_height != n->rect_prev[1];
+    return !nrdi_same_view(&n->frame.camera, &n->camera_prev) || n->frame.rect_width != n->rect_prev[0] || n->frame.rect_height != n->rect_prev[1];
 }
 
 static void nrdi_fill_constants(const nrd *n, nrdi_state *s)
@@ -1633,6 +1804,7 @@ static void nrdi_fill_constants(const nrd *n, nrdi_state *s)
         else if (s->row->family == NRDI_FAMILY_SIGMA) nrdi_fill_sigma(n, &s->settings.sigma, c);
         else nrdi_fill_reblur(&s->settings.reblur, x < y ? x : y, c);
     }
+    nrdi_apply_absent(n->desc.absent, c);
     c->flags |= !reset && s->had_antilag ? NRD_FLAG_TILE_HISTORY : 0;
     s->had_antilag = (c->flags & NRD_FLAG_ANTILAG) != 0;
     c->reset = reset;
@@ -1643,7 +1815,7 @@ static void nrdi_fill_constants(const nrd *n, nrdi_state *s)
 static uint32_t nrdi_conditions(const nrd *n, const nrdi_state *s)
 {
     const nrd_constants *c = &s->constants;
-    uint32_t on = 0;
+    uint32_t on = NRDI_IF_MOTION | NRDI_IF_STABILIZED;
     if (s->row->family == NRDI_FAMILY_REFERENCE) return on;
     if (c->flags & NRD_FLAG_PREPASS) on |= NRDI_IF_PREPASS;
     if (c->flags & NRD_FLAG_SPECULAR_PREPASS) on |= NRDI_IF_SPEC_PREPASS;
@@ -1652,7 +1824,7 @@ static uint32_t nrdi_conditions(const nrd *n, const nrdi_state *s)
     if (c->flags & NRD_FLAG_HISTORY_CONFIDENCE) on |= NRDI_IF_CONFIDENCE;
     if (c->flags & NRD_FLAG_DISOCCLUSION_MIX) on |= NRDI_IF_THRESHOLD_MIX;
     if (n->frame.split_screen > 0) on |= NRDI_IF_SPLIT;
-    return on;
+    return on & nrdi_possible(&n->desc);
 }
 
 static nrd_binding nrdi_resolve(const nrd *n, const nrdi_state *s, const nrdi_use *use, uint32_t conditions)

@@ -27,6 +27,7 @@ static const char usage[] =
     "Denoises the frames of capture folder IN into folder OUT.\n"
     "  --set KEY=VALUE     a setting of the denoisers or of the frame; DENOISER.KEY=VALUE for one of several\n"
     "  --signal NAME       what `reference` averages: diffuse (default), specular, shadow, ao, final\n"
+    "  --absent NAME,...   what the frames do not need (nrd_desc.absent): motion, sky, materials, ...\n"
     "  --frames A:B        only these frames\n"
     "  --csv FILE          writes frame,pass,milliseconds\n"
     "  --device N          the N-th Vulkan device, from 0\n"
@@ -108,6 +109,16 @@ static bool parse_signal(program *p, const char *text)
         || fail(p, text, ": unknown signal; known: diffuse, specular, shadow, ao, final, translucency");
 }
 
+static bool parse_absent(program *p, const char *text)
+{
+    if (settings_parse_absences(text, &p->opt.desc.absent))
+        return true;
+    int used = snprintf(p->error, sizeof p->error, "%s: --absent needs names, separated by commas, of:", text);
+    for (uint32_t i = 0; nrd_absence_name(i); i++)
+        used += snprintf(p->error + used, sizeof p->error - (size_t)used, " %s", nrd_absence_name(i));
+    return false;
+}
+
 static bool parse_csv(program *p, const char *text)
 {
     p->opt.csv = text;
@@ -133,7 +144,7 @@ static bool parse_argument(program *p, int argc, char **argv, int *i)
 {
     static const struct { const char *name; bool (*parse)(program *, const char *); } with_value[] = {
         { "--denoiser", parse_denoisers }, { "--set", parse_set }, { "--signal", parse_signal }, { "--frames", parse_frames },
-        { "--csv", parse_csv }, { "--device", parse_device }, { "--size", parse_size },
+        { "--csv", parse_csv }, { "--device", parse_device }, { "--absent", parse_absent }, { "--size", parse_size },
     };
     const char *name = argv[*i];
     for (size_t k = 0; k < sizeof with_value / sizeof *with_value; k++) {

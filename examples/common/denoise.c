@@ -355,6 +355,7 @@ nrd *denoise_make_instance(const denoise_desc *desc, const capture *frame, denoi
     nd.denoisers = denoisers;
     nd.denoiser_count = desc->denoiser_count;
     nd.features = features_for(desc, frame);
+    nd.absent = desc->absent;
     nd.normal_encoding = NRD_NORMAL_FORMAT_RGB10A2_UNORM;
     nd.roughness_encoding = NRD_ROUGHNESS_FORMAT_LINEAR;
     nd.message = keep_message;

@@ -15,6 +15,7 @@
 typedef struct denoise_desc {
     nrd_denoiser denoisers[DENOISE_MAX_DENOISERS];
     uint32_t denoiser_count;
+    uint32_t absent;              /* nrd_desc.absent */
     signal_id reference_signal;   /* what the denoiser "reference" averages */
     const setting_value *settings; /* kept, not copied */
     uint32_t setting_count;

@@ -114,3 +114,27 @@ bool settings_get(nrd_denoiser owner, const void *settings, const char *name, do
     *out = load(&row, settings);
     return true;
 }
+
+static uint32_t find_absence(const char *name, size_t length)
+{
+    for (uint32_t i = 0; nrd_absence_name(i); i++)
+        if (strlen(nrd_absence_name(i)) == length && !strncmp(nrd_absence_name(i), name, length))
+            return 1u << i;
+    return 0;
+}
+
+bool settings_parse_absences(const char *text, uint32_t *bits)
+{
+    for (uint32_t all = 0;;) {
+        size_t length = strcspn(text, ",");
+        uint32_t bit = find_absence(text, length);
+        if (!bit)
+            return false;
+        all |= bit;
+        if (!text[length]) {
+            *bits = all;
+            return true;
+        }
+        text += length + 1;
+    }
+}

@@ -41,4 +41,7 @@ void settings_apply(const setting_value *values, uint32_t count, nrd_denoiser ow
 /* A setting by name; false when the owner has none of that name. */
 bool settings_get(nrd_denoiser owner, const void *settings, const char *name, double *out);
 
+/* Names of NRD_ABSENCES, separated by commas, as NRD_ABSENT_ bits. False when one is unknown. */
+bool settings_parse_absences(const char *text, uint32_t *bits);
+
 #endif

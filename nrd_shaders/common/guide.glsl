@@ -25,10 +25,10 @@ vec2 guide_octahedral(vec3 n)
 uint guide_pack(float z, vec3 normal, uint material)
 {
     uvec2 oct = uvec2(guide_octahedral(normal) * 63.0 + 63.5);
-    return guide_pack_depth(z / g.denoising_range) | (oct.x << 16) | (oct.y << 23) | (material << 30);
+    return guide_pack_depth(z / g.denoising_range) | (oct.x << 16) | (oct.y << 23) | (is_absent(NRD_ABSENT_MATERIALS) ? 0u : material << 30);
 }
 
-bool guide_is_sky(uint code) { return (code & 0xffffu) == GUIDE_SKY; }
+bool guide_is_sky(uint code) { return !is_absent(NRD_ABSENT_SKY) && (code & 0xffffu) == GUIDE_SKY; }
 
 /* With SPECULAR, 4 + 4 more bits of the normal lie in the top byte of the guide's second word (error at most 0.06 degrees): reflections
    need them. */
@@ -74,6 +74,6 @@ float plane_tolerance(float relative, float z) { return max(relative * frustum_s
 float guide_relative_depth(uint code) { return uintBitsToFloat(((code & 0xffffu) << 12) + (95u << 23)); }
 
 /* Ids at or below min_material are one class (min_material 4: all of them). */
-bool same_material(uint a, uint b) { return max(a, g.min_material) == max(b, g.min_material); }
+bool same_material(uint a, uint b) { return is_absent(NRD_ABSENT_MATERIALS) || max(a, g.min_material) == max(b, g.min_material); }
 
 #endif

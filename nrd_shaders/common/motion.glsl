@@ -13,6 +13,7 @@ Reprojection reproject(vec3 motion, vec2 uv, float z, float signed_z, float thre
 {
     Reprojection r;
     vec3 position = view_position(uv, z, g.frustum, g.orthographic);
+    if (is_absent(NRD_ABSENT_MOTION)) return Reprojection(uv, position, plane_tolerance(threshold, z));
     if ((g.motion_mode | opaque_zero()) == NRD_MOTION_WORLD) {
         vec3 world = mat3(g.view_to_world) * position + motion;
         r.position = (g.world_to_view_prev * vec4(world, 1.0)).xyz;

@@ -21,11 +21,25 @@
 #define NRD_FEATURE_SPLIT_SCREEN               8
 #define NRD_FEATURE_ALL                        15
 
+/* What an app may promise in nrd_desc.absent; passes, textures, inputs and code that only this would need disappear. NRD_ABSENCES says
+   what each means. */
+#define NRD_ABSENT_DIFFUSE           1
+#define NRD_ABSENT_SPECULAR          2
+#define NRD_ABSENT_MOTION            4
+#define NRD_ABSENT_SKY               8
+#define NRD_ABSENT_MATERIALS        16
+#define NRD_ABSENT_MIRRORS          32
+#define NRD_ABSENT_STABILIZATION    64
+#define NRD_ABSENT_LIGHTING_CHANGE 128
+#define NRD_ABSENT_BLUR            256
+#define NRD_ABSENT_ALL             511
+
 /* Specialization constants of the pipelines: X(name, id). */
 #define NRD_SPEC_CONSTANTS(X) \
     X(NORMAL_FORMAT, 0) \
     X(ROUGHNESS_FORMAT, 1) \
-    X(FEATURES, 2)
+    X(FEATURES, 2) \
+    X(ABSENT, 3)
 
 /* The constant block of every pass (uniform buffer, binding 0, std140 = C layout): X(type, name).
    Only mat4, vec4 and 32-bit scalars, every vec4 on a multiple of 16 bytes. World space is relative to the current camera. */

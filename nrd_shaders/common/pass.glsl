@@ -22,9 +22,14 @@ layout(local_size_x = 8, local_size_y = 8, local_size_z = 1) in;
 /* 0, which the compiler cannot know. Branches on nothing but constants of the frame take it in: lavapipe (Mesa 22) else compiles
    such a pass anew for every dispatch. */
 uint opaque_zero() { return gl_WorkGroupID.z; }
-bool has_flag(uint flag) { return ((g.flags | opaque_zero()) & flag) != 0u; }
 bool is_reset() { return (g.reset | opaque_zero()) != 0u; }
-bool is_filtering() { return push.step_size > int(opaque_zero()); }
+
+/* NRD_ABSENT_ bits: true if the app has promised any of these. A constant: what depends on it is not in the pipeline. */
+bool is_absent(int what) { return (int(SPEC_ABSENT) & what) != 0; }
+
+bool is_ruled_out(uint flag) { return is_absent(NRD_ABSENT_LIGHTING_CHANGE) && (flag & (NRD_FLAG_ANTILAG | NRD_FLAG_TILE_HISTORY)) != 0u; }
+bool has_flag(uint flag) { return !is_ruled_out(flag) && ((g.flags | opaque_zero()) & flag) != 0u; }
+bool is_filtering() { return !is_absent(NRD_ABSENT_BLUR) && push.step_size > int(opaque_zero()); }
 
 ivec2 rect_size() { return ivec2(g.rect_width, g.rect_height); }
 ivec2 rect_origin() { return ivec2(g.rect_origin_x, g.rect_origin_y); }
@@ -39,7 +44,7 @@ vec4 sample_tiles(sampler2D tiles, vec2 position_px, ivec2 rect)
 }
 
 /* NaN counts as sky. */
-bool is_sky(float view_z) { return !(abs(view_z) < g.denoising_range); }
+bool is_sky(float view_z) { return !is_absent(NRD_ABSENT_SKY) && !(abs(view_z) < g.denoising_range); }
 
 /* One 32-bit hash of three numbers: the finaliser of MurmurHash3 (A. Appleby) over a Weyl sum. */
 uint hash(uint x, uint y, uint z)

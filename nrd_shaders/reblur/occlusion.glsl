@@ -58,11 +58,11 @@ uvec2 pack_surface(float z, nrd_surface surface)
 {
     uint bits = floatBitsToUint(clamp(z / g.denoising_range, 5.0e-10, 1.0)) - (96u << 23);   /* 2^-31 is exponent 0: 1 is well below sky */
     uvec2 oct = uvec2(guide_octahedral(surface.normal) * OCT_MAX + (OCT_MAX + 0.5));
-    uint x = ((bits + 0x8000u) >> 16) | (oct.x << 12) | (oct.y << (12u + OCT_BITS)) | (surface.material_id << (12u + 2u * OCT_BITS));
+    uint x = ((bits + 0x8000u) >> 16) | (oct.x << 12) | (oct.y << (12u + OCT_BITS)) | (is_absent(NRD_ABSENT_MATERIALS) ? 0u : surface.material_id << (12u + 2u * OCT_BITS));
     return uvec2(x, uint(surface.roughness * 15.0 + 0.5) << 14);
 }
 
-bool tap_is_sky(uvec2 tap) { return (tap.x & 0xfffu) == TAP_SKY; }
+bool tap_is_sky(uvec2 tap) { return !is_absent(NRD_ABSENT_SKY) && (tap.x & 0xfffu) == TAP_SKY; }
 uint tap_material(uvec2 tap) { return (tap.x >> (12u + 2u * OCT_BITS)) & 3u; }
 float tap_relative_depth(uvec2 tap) { return uintBitsToFloat(((tap.x & 0xfffu) << 16) + (96u << 23)); }
 float tap_roughness(uvec2 tap) { return field(tap.y, 14, 4) / 15.0; }

@@ -196,7 +196,7 @@ float specular_limit(vec3 position, vec2 uv_prev, float hit_dist, float roughnes
     vec2 rect_prev = vec2(g.rect_width_prev, g.rect_height_prev);
     vec2 still = project_prev((g.view_to_view_prev * vec4(position, 1.0)).xyz);
     vec2 mirrored = project_prev((g.view_to_view_prev * vec4(position + ray * hit_dist, 1.0)).xyz);
-    float shift = length((mirrored - still) * rect_prev) + q * length((uv_prev - still) * rect_prev);
+    float shift = is_absent(NRD_ABSENT_MOTION) ? 0.0 : length((mirrored - still) * rect_prev) + q * length((uv_prev - still) * rect_prev);
     float footprint = max(alpha * q * distance / (g.pixel_unproject * mix(position.z, 1.0, g.orthographic)), LEAST_FOOTPRINT);
     float relative = shift / (LOBE_SHIFT * footprint), lobe = alpha + 0.03;
     float share = 1.0 / ((1.0 + 3.2 * relative * relative) * (1.0 + 2.0 * bend / (lobe * lobe))), frames = g.max_accumulated_frames * share;
@@ -207,7 +207,7 @@ float specular_limit(vec3 position, vec2 uv_prev, float hit_dist, float roughnes
 History find_history(ivec2 pixel, float signed_z, nrd_surface surface, float specular)
 {
     if (is_reset()) return no_history();
-    vec3 motion = texelFetch(in_motion, pixel + rect_origin(), 0).xyz * g.motion_scale.xyz;
+    vec3 motion = is_absent(NRD_ABSENT_MOTION) ? vec3(0.0) : texelFetch(in_motion, pixel + rect_origin(), 0).xyz * g.motion_scale.xyz;
     Reprojection r = reproject(motion, pixel_uv(pixel), abs(signed_z), signed_z, threshold_at(pixel));
     History h = fetch_history(r, surface);
     bool confident = (SPEC_FEATURES & NRD_FEATURE_HISTORY_CONFIDENCE) != 0 && has_flag(NRD_FLAG_HISTORY_CONFIDENCE);

@@ -85,7 +85,7 @@ Neighbour find_neighbour(Center c, ivec2 grid, vec2 grid_float)
 float plane_weight(Center c, Neighbour n, uint code)
 {
     float distance = abs(plane_distance(c.plane, n.offset, guide_relative_depth(code)));
-    bool usable = n.inside && !guide_is_sky(code) && max(code >> 30, g.min_material) == c.material;
+    bool usable = n.inside && !guide_is_sky(code) && (is_absent(NRD_ABSENT_MATERIALS) || max(code >> 30, g.min_material) == c.material);
     return usable ? clamp(1.0 - distance, 0.0, 1.0) : 0.0;
 }
 

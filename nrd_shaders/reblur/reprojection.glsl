@@ -25,8 +25,12 @@ Reprojection reproject(ivec2 pixel, vec2 uv, float z, float signed_z)
     float threshold = g.disocclusion_threshold;
     if ((SPEC_FEATURES & NRD_FEATURE_DISOCCLUSION_THRESHOLD_MIX) != 0 && has_flag(NRD_FLAG_DISOCCLUSION_MIX))
         threshold = mix(threshold, g.disocclusion_threshold_alternate, texelFetch(in_threshold_mix, pixel, 0).x);
-    return reproject(texelFetch(in_motion, pixel + rect_origin(), 0).xyz * g.motion_scale.xyz, uv, z, signed_z, threshold);
+    vec3 motion = is_absent(NRD_ABSENT_MOTION) ? vec3(0.0) : texelFetch(in_motion, pixel + rect_origin(), 0).xyz * g.motion_scale.xyz;
+    return reproject(motion, uv, z, signed_z, threshold);
 }
+
+/* Texels of a footprint that count: where nothing moves, the pixel itself. */
+const int TEXELS = (SPEC_ABSENT & uint(NRD_ABSENT_MOTION)) != 0u ? 1 : 4;
 
 vec2 size_prev_px() { return vec2(g.rect_width_prev, g.rect_height_prev); }
 
@@ -34,6 +38,7 @@ Footprint fetch_footprint(vec2 uv_prev)
 {
     Footprint f;
     vec2 position_px = uv_prev * size_prev_px(), corner = floor(position_px - 0.5);
+    if (is_absent(NRD_ABSENT_MOTION)) corner = vec2(gl_GlobalInvocationID.xy), position_px = corner + 0.5;
     f.fraction = position_px - 0.5 - corner;
     f.corner_uv = (corner + 1.0) / vec2(textureSize(prev_guide, 0));
     f.base = ivec2(corner);
@@ -50,7 +55,7 @@ void weigh_surface(inout Footprint f, vec3 point_vs, vec3 normal_ws, uint materi
     Plane plane = make_plane(mat3(g.world_to_view_prev) * normal_ws, point_vs, (vec2(f.base) + 0.5) / size_prev, 1.0 / size_prev, g.frustum_prev,
                              g.orthographic_prev, 1.0 / tolerance, g.denoising_range_prev);
     f.weights = vec4((1.0 - a.x) * (1.0 - a.y), a.x * (1.0 - a.y), (1.0 - a.x) * a.y, a.x * a.y);
-    for (int i = 0; i < 4; i++) {
+    for (int i = 0; i < TEXELS; i++) {
         ivec2 offset = ivec2(i & 1, i >> 1);
         bool inside = all(lessThan(uvec2(f.base + offset), uvec2(g.rect_width_prev, g.rect_height_prev)));
         bool on_plane = abs(plane_distance(plane, vec2(offset), guide_relative_depth(f.guides[i]))) < 1.0;
@@ -67,8 +72,8 @@ History fetch_history(Footprint f, vec4 weights, int signal, vec3 normal_ws)
     History h = no_history();
     if (!(sum > 0.01)) return h;
     uvec4 tracks = gather_tracks_at(signal, f.seconds, f.corner_uv);
-    vec4 stabilized = gather_stabilized(signal, f.corner_uv), w = weights / sum;
-    for (int i = 0; i < 4; i++) {
+    vec4 stabilized = is_absent(NRD_ABSENT_STABILIZATION) ? vec4(-1.0) : gather_stabilized(signal, f.corner_uv), w = weights / sum;
+    for (int i = 0; i < TEXELS; i++) {
         if (!(w[i] > 0.0)) continue;
         Track track = unpack_track(tracks[i]);
         h.bend += w[i] * max(guide_bend(f.guides[i], normal_ws), 0.0);

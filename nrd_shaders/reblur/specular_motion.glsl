@@ -302,7 +302,7 @@ History find_specular_history(ivec2 pixel, float z, Reprojection r, Footprint f,
     vec3 stored_normal = normalize(guide_fine_direction(uvec2(guide_pack(z, surface.normal, 0u), guide_pack_fine(surface.normal))));
     vec3 normal_prev = mean_normal(f, stored_normal);
     float drift = DRIFT * max(footprint, LEAST_FOOTPRINT) / max(match.frames, 1.0), turned_px = 2.0 * length(normal_prev - stored_normal) * footprint / alpha;
-    if (parallax_px(position, r.uv) + turned_px >= drift && !is_reset()) {
+    if (!is_absent(NRD_ABSENT_MOTION | NRD_ABSENT_MIRRORS) && parallax_px(position, r.uv) + turned_px >= drift && !is_reset()) {
         vec3 target = mirrored_point(position, stored_normal, surface.roughness, t.q);
         follow_reflection(match, target, r, measure_curvature(pixel, surface.normal), surface, t, normal_prev, footprint, drift);
     }

@@ -52,7 +52,7 @@ const float DARK_SLACK = 0.75;
 float stabilize(vec4 color, float history_frames, float stabilized, vec4 change)
 {
     float frames = min(history_frames + HEAD_START, g.max_stabilized_frames);
-    if (stabilized < 0.0) return color.x;
+    if (is_absent(NRD_ABSENT_STABILIZATION) || stabilized < 0.0) return color.x;
     float slack = g.stabilization_sigma_scale * color.w * (1.0 + EARLY_DOUBT / max(history_frames, 1.0));
     float allowed = clamp(stabilized * mix(1.0, change.y, change.x), color.x - DARK_SLACK * slack, color.x + slack);
     return mix(color.x, allowed, frames / (1.0 + frames));
@@ -75,7 +75,7 @@ void finish(ivec2 pixel, uvec2 guide, int signal, Track track, vec4 color)
     vec4 change = has_flag(NRD_FLAG_ANTILAG) ? load_change(signal, vec2(pixel) + 0.5) : vec4(0.0, 1.0, 0.0, 0.0);
     float frames = guide_frames(guide, signal), luma = min(stabilize(color, frames, track.stabilized, change), 65504.0);
     color.xyz *= luma / max(color.x, 1e-12);
-    store_stabilized(signal, pixel, round_half(vec4(luma)));
+    if (!is_absent(NRD_ABSENT_STABILIZATION)) store_stabilized(signal, pixel, round_half(vec4(luma)));
     float w = has_flag(NRD_FLAG_RETURN_HISTORY) ? frames : norm_hit_dist(pixel, guide, signal, track);
     store_color(signal, pixel, round_half(vec4(clamp(color.xyz, -65504.0, 65504.0), w)));
 }

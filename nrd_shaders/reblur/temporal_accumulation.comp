@@ -191,5 +191,5 @@ void main()
     load_neighbourhood();
 #endif
     denoise(ivec2(gl_GlobalInvocationID.xy));
-    write_tiles();
+    if (!is_absent(NRD_ABSENT_LIGHTING_CHANGE)) write_tiles();
 }

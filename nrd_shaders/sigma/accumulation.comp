@@ -235,6 +235,9 @@ struct History {
 
 bool find_previous(ivec2 pixel, vec2 uv, vec3 position_vs, float signed_z, out vec2 uv_prev, out vec3 position_prev)
 {
+    uv_prev = uv;
+    position_prev = position_vs;
+    if (is_absent(NRD_ABSENT_MOTION)) return true;
     vec3 motion = texelFetch(in_motion, pixel + rect_origin(), 0).xyz * g.motion_scale.xyz;
     if ((g.motion_mode | opaque_zero()) == NRD_MOTION_WORLD) {
         position_prev = (g.world_to_view_prev * vec4(mat3(g.view_to_world) * position_vs + motion, 1.0)).xyz;
@@ -328,7 +331,7 @@ void accumulate(ivec2 pixel, float signed_z, float closeness)
     uint length = uint(min(frames + 1.0, 15.0) + 0.5);
     imageStore(out_mean, pixel, uvec4(pack_mean(pack_depth(z), v, random_of(pixel, 0u), length, width_px, h.stabilized), 0u, 0u));
 #ifndef TRANSLUCENCY
-    imageStore(out_stabilized, pixel, vec4(h.stabilized));
+    if (!is_absent(NRD_ABSENT_STABILIZATION)) imageStore(out_stabilized, pixel, vec4(h.stabilized));
 #endif
 }
 

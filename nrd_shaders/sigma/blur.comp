@@ -121,7 +121,7 @@ float reprojected_luma(ivec2 pixel, uvec2 word)
 Visibility stabilize(ivec2 pixel, uvec2 word, Visibility v, float deviation)
 {
     float frames = min(float(mean_frames(word)) - 1.0, g.max_stabilized_frames), slack = 2.0 * deviation, luma = luma_of(v);
-    if (!(frames > 0.0)) return v;
+    if (is_absent(NRD_ABSENT_STABILIZATION) || !(frames > 0.0)) return v;
     float stable = mix(luma, clamp(reprojected_luma(pixel, word), luma - slack, luma + slack), frames / (1.0 + frames));
     return luma > 0.0 ? min(v * (stable / luma), ALL_LIGHT) : Visibility(stable);
 }
