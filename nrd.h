@@ -486,6 +486,23 @@ NRD_DECL const nrd_info *nrd_get_info(const nrd *instance);
 /* Does this instance use the resource? storage: as an output. */
 NRD_DECL bool nrd_uses_resource(const nrd *instance, nrd_resource resource);
 
+/* What is kept and what is left out under what is declared and set now (nrd_set_settings, nrd_set_frame), and why.  >>explain */
+typedef struct nrd_explanation {
+    const char *kind;      /* "signal", "pass", "texture" or "input" */
+    const char *name;
+    uint32_t denoiser;     /* index into nrd_desc.denoisers */
+    bool kept;
+    const char *why;       /* of what is left out: the declaration, or the setting of this frame; else NULL */
+    uint64_t bytes;        /* device memory that it takes, or that is saved; 0: none */
+    float microseconds;    /* device time that it takes, or that is saved, about, on NRD_DEVICE_DATACENTER; 0: none, or not measured */
+} nrd_explanation;
+/* The i-th item, denoiser by denoiser. False: there are no more. */
+NRD_DECL bool nrd_explain_item(const nrd *instance, uint32_t i, nrd_explanation *out);
+
+typedef enum nrd_explain_format { NRD_EXPLAIN_TEXT, NRD_EXPLAIN_JSON, NRD_EXPLAIN_GRAPHVIZ } nrd_explain_format;
+/* All of it as text of at most size - 1 bytes and a 0; returns the bytes that the whole text has (0: an argument is missing). size may be 0. */
+NRD_DECL size_t nrd_explain(const nrd *instance, nrd_explain_format format, char *text, size_t size);
+
 /* Places blocks that are in use from first to last (inclusive) so that blocks with a common time do not overlap. Returns the total. */
 typedef struct nrd_block { uint64_t bytes, alignment; uint32_t first, last; uint64_t offset; } nrd_block;
 NRD_DECL uint64_t nrd_place_blocks(nrd_block *blocks, uint32_t count);
@@ -1827,9 +1844,11 @@ static uint32_t nrdi_conditions(const nrd *n, const nrdi_state *s)
     return on & nrdi_possible(&n->desc);
 }
 
+static uint32_t nrdi_bound(const nrdi_use *use, uint32_t conditions) { return nrdi_holds(use->condition, conditions) ? use->what : use->stand_in; }
+
 static nrd_binding nrdi_resolve(const nrd *n, const nrdi_state *s, const nrdi_use *use, uint32_t conditions)
 {
-    uint32_t what = use->condition && !(conditions & use->condition) ? use->stand_in : use->what;
+    uint32_t what = nrdi_bound(use, conditions);
     nrd_binding b = { NRD_RESOURCE_INTERNAL, 0, (nrd_access)use->access };
     if (what < NRD_RESOURCE_COUNT) {
         b.resource = (nrd_resource)what;
@@ -1911,6 +1930,305 @@ nrd_result nrd_get_dispatches(nrd *n, const uint32_t *identifiers, uint32_t iden
     *dispatches = n->dispatches;
     *count = used;
     return NRD_RESULT_OK;
+}
+
+/* ---------------------------------------------------------------------------------------------------------------------------
+   What is left out  >>explanation */
+/* Module, nanoseconds per pixel on NRD_DEVICE_DATACENTER: `nrd-bench --denoiser NAME --size 2560x1440 --costs`. */
+typedef struct nrdi_pass_cost { const char *shader; float ns_per_pixel; } nrdi_pass_cost;
+static const nrdi_pass_cost nrdi_pass_costs[] = {
+    { "reblur_temporal_accumulation_diffuse", 0.0317f }, { "reblur_blur_diffuse", 0.0339f }, { "reblur_post_blur_to_out_diffuse", 0.0182f },
+    { "reblur_post_blur_from_out_diffuse", 0.0247f }, { "reblur_stabilization_diffuse", 0.0285f }, { "reblur_lighting_change", 0.0038f },
+    { "reblur_temporal_accumulation_specular", 0.0781f }, { "reblur_blur_specular", 0.0391f }, { "reblur_post_blur_to_out_specular", 0.0228f },
+    { "reblur_post_blur_from_out_specular", 0.0309f }, { "reblur_stabilization_specular", 0.0355f },
+    { "reblur_temporal_accumulation_diffuse_specular", 0.1107f }, { "reblur_blur_diffuse_specular", 0.0591f },
+    { "reblur_post_blur_to_out_diffuse_specular", 0.0271f }, { "reblur_post_blur_from_out_diffuse_specular", 0.0391f },
+    { "reblur_stabilization_diffuse_specular", 0.0496f },
+    { "reblur_diffuse_occlusion_accumulation", 0.0453f }, { "reblur_diffuse_occlusion_blur", 0.0323f }, { "reblur_diffuse_occlusion_post_blur", 0.0304f },
+};
+
+static float nrdi_pass_us(const nrd_desc *desc, const char *shader)
+{
+    for (size_t i = 0; i < sizeof nrdi_pass_costs / sizeof nrdi_pass_costs[0]; i++)
+        if (strcmp(nrdi_pass_costs[i].shader, shader) == 0) return nrdi_pass_costs[i].ns_per_pixel * 1e-3f * (float)desc->width * (float)desc->height;
+    return 0;
+}
+
+/* Looks for the item with number `left`. */
+typedef struct nrdi_search { uint32_t left; nrd_explanation *out; bool found; } nrdi_search;
+
+static void nrdi_offer(nrdi_search *search, nrd_explanation item)
+{
+    if (search->found || search->left-- > 0) return;
+    *search->out = item;
+    search->found = true;
+}
+
+/* Of the settings and the frame as they are; no dispatches are needed. */
+static uint32_t nrdi_current_conditions(const nrd *n, const nrdi_state *s)
+{
+    nrdi_state now = *s;
+    memset(&now.constants, 0, sizeof now.constants);
+    if (s->row->family == NRDI_FAMILY_REBLUR) nrdi_fill_reblur(&s->settings.reblur, 1, &now.constants);
+    if (s->row->family == NRDI_FAMILY_OCCLUSION) nrdi_fill_occlusion(&s->settings.occlusion, 1, &now.constants);
+    now.constants.flags |= (n->frame.history_confidence_available ? NRD_FLAG_HISTORY_CONFIDENCE : 0)
+                         | (n->frame.disocclusion_threshold_mix_available ? NRD_FLAG_DISOCCLUSION_MIX : 0);
+    nrdi_apply_absent(n->desc.absent, &now.constants);
+    return nrdi_conditions(n, &now);
+}
+
+/* Why something under this condition is not needed; NULL: it is. */
+static const char *nrdi_why_not(const nrd_desc *desc, uint32_t condition, uint32_t on)
+{
+    if (nrdi_holds(condition, on)) return NULL;
+    const nrdi_reason *r = nrdi_reason_of(condition);
+    return nrdi_holds(condition, nrdi_possible(desc)) ? r->now : r->never;
+}
+
+static uint64_t nrdi_row_bytes(const nrd_desc *desc, const nrdi_denoiser_row *row)
+{
+    uint64_t bytes = 0;
+    uint32_t passes = nrdi_declared_passes(row, desc), possible = nrdi_possible(desc);
+    for (uint32_t t = 0; t < NRDI_MAX_TEXTURES; t++) {
+        bool used = false;
+        for (uint32_t p = 0; p < nrdi_pass_count(row); p++) used |= (passes >> p & 1u) && nrdi_pass_uses(&row->passes[p], t);
+        if (used && !nrdi_ruled_out(row, passes, t, possible)) bytes += nrdi_texture_bytes(desc, &row->textures[t]);
+    }
+    return bytes;
+}
+
+static float nrdi_row_us(const nrd_desc *desc, const nrdi_denoiser_row *row)
+{
+    float sum = 0;
+    uint32_t passes = nrdi_declared_passes(row, desc);
+    for (uint32_t p = 0; p < nrdi_pass_count(row); p++) sum += passes >> p & 1u ? nrdi_pass_us(desc, row->passes[p].shader) : 0;
+    return sum;
+}
+
+/* A signal of a denoiser of both that is absent, with all that it would bring. */
+static void nrdi_explain_signal(const nrd *n, const nrdi_state *s, nrdi_search *search)
+{
+    const nrdi_denoiser_row *whole = &nrdi_rows[s->denoiser];
+    bool diffuse = (n->desc.absent & NRD_ABSENT_DIFFUSE) != 0;
+    if (whole == s->row) return;
+    nrd_explanation item = { "signal", diffuse ? "diffuse" : "specular", (uint32_t)(s - n->states), false,
+                             diffuse ? "nrd_desc.absent has NRD_ABSENT_DIFFUSE" : "nrd_desc.absent has NRD_ABSENT_SPECULAR",
+                             nrdi_row_bytes(&n->desc, whole) - nrdi_row_bytes(&n->desc, s->row), nrdi_row_us(&n->desc, whole) - nrdi_row_us(&n->desc, s->row) };
+    nrdi_offer(search, item);
+}
+
+static void nrdi_explain_passes(const nrd *n, const nrdi_state *s, uint32_t on, nrdi_search *search)
+{
+    uint32_t declared = nrdi_declared_passes(s->row, &n->desc), possible = nrdi_possible(&n->desc);
+    for (uint32_t p = 0; p < nrdi_pass_count(s->row); p++) {
+        const nrdi_pass_row *pass = &s->row->passes[p];
+        bool exists = (declared >> p & 1u) != 0;
+        const char *why = exists ? nrdi_why_not(&n->desc, pass->condition, on) : nrdi_why_never(pass, possible);
+        nrd_explanation item = { "pass", pass->name, (uint32_t)(s - n->states), why == NULL, why,
+                                 exists ? 0 : nrdi_saved_bytes(n, s->row, p, declared), nrdi_pass_us(&n->desc, pass->shader) };
+        nrdi_offer(search, item);
+    }
+}
+
+static void nrdi_explain_textures(const nrd *n, const nrdi_state *s, nrdi_search *search)
+{
+    uint32_t declared = nrdi_declared_passes(s->row, &n->desc), possible = nrdi_possible(&n->desc);
+    for (uint32_t t = 0; t < NRDI_MAX_TEXTURES; t++) {
+        const nrdi_texture_row *row = &s->row->textures[t];
+        const char *why = "no pass that is left uses it";
+        bool used = false;
+        for (uint32_t p = 0; p < nrdi_pass_count(s->row); p++) {
+            if (!nrdi_pass_uses(&s->row->passes[p], t)) continue;
+            used = true;
+            if (declared >> p & 1u) why = NULL;
+        }
+        if (!used) continue;
+        const nrdi_reason *ruled_out = why ? NULL : nrdi_ruled_out(s->row, declared, t, possible);
+        if (ruled_out) why = ruled_out->never;
+        nrd_explanation item = { "texture", row->name, (uint32_t)(s - n->states), why == NULL, why, nrdi_texture_bytes(&n->desc, row), 0 };
+        nrdi_offer(search, item);
+    }
+}
+
+/* Each once: kept if any pass needs it. */
+static void nrdi_explain_inputs(const nrd *n, const nrdi_state *s, uint32_t on, nrdi_search *search)
+{
+    for (uint32_t r = 0; r < NRD_RESOURCE_COUNT; r++) {
+        const char *why = NULL;
+        bool used = false, needed = false;
+        if (nrd_resource_format((nrd_resource)r) != NRD_FORMAT_ANY) continue;
+        for (uint32_t p = 0; p < nrdi_pass_count(s->row); p++)
+            for (uint32_t u = 0; u < nrdi_use_count(&s->row->passes[p]); u++) {
+                const nrdi_use *use = &s->row->passes[p].uses[u];
+                if (use->what != r && !(use->condition && use->stand_in == r)) continue;
+                const char *why_not = nrdi_why_not(&n->desc, s->row->passes[p].condition, on);
+                if (!why_not && nrdi_bound(use, on) != r) why_not = nrdi_why_not(&n->desc, use->condition, on);
+                used = true;
+                needed |= !why_not;
+                why = why_not ? why_not : why;
+            }
+        nrd_explanation item = { "input", nrd_resource_name((nrd_resource)r), (uint32_t)(s - n->states), needed, needed ? NULL : why, 0, 0 };
+        if (used) nrdi_offer(search, item);
+    }
+}
+
+bool nrd_explain_item(const nrd *n, uint32_t i, nrd_explanation *out)
+{
+    nrdi_search search = { i, out, false };
+    for (uint32_t d = 0; n && out && d < n->info.denoiser_count && !search.found; d++) {
+        const nrdi_state *s = &n->states[d];
+        uint32_t on = nrdi_current_conditions(n, s);
+        nrdi_explain_signal(n, s, &search);
+        nrdi_explain_passes(n, s, on, &search);
+        nrdi_explain_textures(n, s, &search);
+        nrdi_explain_inputs(n, s, on, &search);
+    }
+    return search.found;
+}
+
+/* Counts on where the text ends. */
+typedef struct nrdi_writer { char *text; size_t size, used; } nrdi_writer;
+
+static void nrdi_write(nrdi_writer *w, const char *s)
+{
+    for (; *s; s++, w->used++)
+        if (w->used + 1 < w->size) w->text[w->used] = *s;
+    if (w->size) w->text[w->used < w->size ? w->used : w->size - 1] = 0;
+}
+
+static void nrdi_write_number(nrdi_writer *w, double v)
+{
+    nrdi_text t = { { 0 }, 0 };
+    nrdi_put_number(&t, v);
+    nrdi_write(w, t.s);
+}
+
+static void nrdi_write_all(nrdi_writer *w, const char *a, const char *b, const char *c) { nrdi_write(w, a); nrdi_write(w, b); nrdi_write(w, c); }
+
+static double nrdi_rounded(double v) { return floor(v * 100 + 0.5) / 100; }
+
+typedef struct nrdi_savings { uint64_t bytes; double us; } nrdi_savings;
+
+/* Textures and signals hold bytes, signals and passes take time: counted once. */
+static nrdi_savings nrdi_savings_of(const nrd *n)
+{
+    nrdi_savings sum = { 0, 0 };
+    nrd_explanation e;
+    for (uint32_t i = 0; nrd_explain_item(n, i, &e); i++) {
+        if (e.kept) continue;
+        sum.bytes += strcmp(e.kind, "pass") == 0 ? 0 : e.bytes;
+        sum.us += e.microseconds;
+    }
+    return sum;
+}
+
+static void nrdi_explain_text(const nrd *n, nrdi_writer *w)
+{
+    nrd_explanation e;
+    for (uint32_t i = 0; nrd_absence_name(i); i++)
+        if (n->desc.absent >> i & 1u) { nrdi_write_all(w, "absent    ", nrd_absence_name(i), ": "); nrdi_write_all(w, nrd_absence_text(i), "\n", ""); }
+    for (uint32_t i = 0, last = UINT32_MAX; nrd_explain_item(n, i, &e); i++) {
+        if (e.denoiser != last) nrdi_write_all(w, nrd_denoiser_name(n->states[e.denoiser].denoiser), "\n", "");
+        last = e.denoiser;
+        nrdi_write_all(w, e.kept ? "  kept      " : "  left out  ", e.kind, " ");
+        nrdi_write(w, e.name);
+        if (e.bytes) { nrdi_write(w, e.kept ? ", " : ", saves "); nrdi_write_number(w, nrdi_rounded((double)e.bytes / 1048576.0)); nrdi_write(w, " MiB"); }
+        if (e.microseconds > 0) { nrdi_write(w, e.kept ? ", about " : ", saves about "); nrdi_write_number(w, nrdi_rounded(e.microseconds)); nrdi_write(w, " us"); }
+        if (e.why) nrdi_write_all(w, " (", e.why, ")");
+        nrdi_write(w, "\n");
+    }
+    nrdi_savings saved = nrdi_savings_of(n);
+    nrdi_write(w, "saved: ");
+    nrdi_write_number(w, nrdi_rounded((double)saved.bytes / 1048576.0));
+    nrdi_write(w, " MiB, about ");
+    nrdi_write_number(w, nrdi_rounded(saved.us));
+    nrdi_write_all(w, " us on ", "a data-centre GPU", "; needed: ");
+    nrdi_write_number(w, nrdi_rounded((double)(n->info.permanent_bytes + n->info.transient_bytes) / 1048576.0));
+    nrdi_write(w, " MiB\n");
+}
+
+static void nrdi_explain_json(const nrd *n, nrdi_writer *w)
+{
+    nrd_explanation e;
+    nrdi_write(w, "{\"width\": "); nrdi_write_number(w, n->desc.width);
+    nrdi_write(w, ", \"height\": "); nrdi_write_number(w, n->desc.height);
+    nrdi_write(w, ", \"absent\": [");
+    for (uint32_t i = 0, count = 0; nrd_absence_name(i); i++)
+        if (n->desc.absent >> i & 1u) nrdi_write_all(w, count++ ? ", \"" : "\"", nrd_absence_name(i), "\"");
+    nrdi_write(w, "],\n \"items\": [");
+    for (uint32_t i = 0; nrd_explain_item(n, i, &e); i++) {
+        nrdi_write_all(w, i ? ",\n  {\"denoiser\": \"" : "\n  {\"denoiser\": \"", nrd_denoiser_name(n->states[e.denoiser].denoiser), "\", \"kind\": \"");
+        nrdi_write_all(w, e.kind, "\", \"name\": \"", e.name);
+        nrdi_write_all(w, "\", \"kept\": ", e.kept ? "true" : "false", ", \"bytes\": ");
+        nrdi_text t = { { 0 }, 0 };
+        nrdi_put_uint(&t, e.bytes);
+        nrdi_write_all(w, t.s, ", \"microseconds\": ", "");
+        nrdi_write_number(w, nrdi_rounded(e.microseconds));
+        if (e.why) nrdi_write_all(w, ", \"why\": \"", e.why, "\"");
+        nrdi_write(w, "}");
+    }
+    nrdi_write(w, "]}\n");
+}
+
+/* "d0 texture GUIDE": passes of one name exist once per denoiser. */
+static void nrdi_write_node(nrdi_writer *w, uint32_t denoiser, const char *kind, const char *name)
+{
+    bool shared = strcmp(kind, "input") == 0;   /* the app's images are those of all denoisers */
+    nrdi_write(w, "\"");
+    if (!shared) { nrdi_write(w, "d"); nrdi_write_number(w, denoiser); nrdi_write(w, " "); }
+    nrdi_write_all(w, kind, " ", name);
+    nrdi_write(w, "\"");
+}
+
+static void nrdi_write_edges(const nrd *n, uint32_t denoiser, const nrdi_pass_row *pass, uint32_t on, nrdi_writer *w)
+{
+    const nrdi_state *s = &n->states[denoiser];
+    for (uint32_t u = 0; u < nrdi_use_count(pass); u++) {
+        const nrdi_use *use = &pass->uses[u];
+        uint32_t what = nrdi_bound(use, on), texture = what - (what >= NRDI_PREVIOUS(0) ? NRDI_PREVIOUS(0) : NRDI_TEXTURE(0));
+        bool internal = what >= NRD_RESOURCE_COUNT, written = use->access == NRD_ACCESS_WRITE;
+        const char *name = internal ? s->row->textures[texture].name : nrd_resource_name((nrd_resource)what);
+        bool optional = use->what < NRD_RESOURCE_COUNT && nrd_resource_format((nrd_resource)use->what) == NRD_FORMAT_ANY;
+        if (!nrdi_holds(use->condition, on) && (optional || what == use->what)) continue;   /* bound, but not looked at */
+        nrdi_write(w, "  ");
+        if (written) nrdi_write_node(w, denoiser, "pass", pass->name);
+        else nrdi_write_node(w, denoiser, internal ? "texture" : "input", name);
+        nrdi_write(w, " -> ");
+        if (written) nrdi_write_node(w, denoiser, internal ? "texture" : "input", name);
+        else nrdi_write_node(w, denoiser, "pass", pass->name);
+        nrdi_write(w, what >= NRDI_PREVIOUS(0) ? " [label=\"previous\"];\n" : ";\n");
+    }
+}
+
+static void nrdi_explain_graphviz(const nrd *n, nrdi_writer *w)
+{
+    nrd_explanation e;
+    nrdi_write(w, "digraph nrd {\n  rankdir=LR;\n");
+    for (uint32_t i = 0; nrd_explain_item(n, i, &e); i++) {
+        nrdi_write(w, "  ");
+        nrdi_write_node(w, e.denoiser, e.kind, e.name);
+        nrdi_write_all(w, " [label=\"", e.name, e.why ? "\\n" : "");
+        nrdi_write_all(w, e.why ? e.why : "", "\", shape=", strcmp(e.kind, "pass") == 0 ? "box" : "ellipse");
+        nrdi_write(w, e.kept ? "];\n" : ", style=dashed, color=gray, fontcolor=gray];\n");
+    }
+    for (uint32_t d = 0; d < n->info.denoiser_count; d++) {
+        uint32_t on = nrdi_current_conditions(n, &n->states[d]), declared = nrdi_declared_passes(n->states[d].row, &n->desc);
+        for (uint32_t p = 0; p < nrdi_pass_count(n->states[d].row); p++) {
+            const nrdi_pass_row *pass = &n->states[d].row->passes[p];
+            if ((declared >> p & 1u) && nrdi_holds(pass->condition, on)) nrdi_write_edges(n, d, pass, on, w);
+        }
+    }
+    nrdi_write(w, "}\n");
+}
+
+size_t nrd_explain(const nrd *n, nrd_explain_format format, char *text, size_t size)
+{
+    nrdi_writer w = { text, text ? size : 0, 0 };
+    if (!n || (size && !text)) return 0;
+    if (format == NRD_EXPLAIN_JSON) nrdi_explain_json(n, &w);
+    else if (format == NRD_EXPLAIN_GRAPHVIZ) nrdi_explain_graphviz(n, &w);
+    else nrdi_explain_text(n, &w);
+    return w.used;
 }
 
 #endif /* NRD_IMPLEMENTED */

@@ -23,7 +23,7 @@
 
 static const char usage[] =
     "usage: nrd-denoise --denoiser NAME[,NAME...] [options] IN OUT\n"
-    "       nrd-denoise --denoiser NAME[,NAME...] --info [--size WxH]\n"
+    "       nrd-denoise --denoiser NAME[,NAME...] --info|--explain[=text|json|dot] [--size WxH] [options]\n"
     "Denoises the frames of capture folder IN into folder OUT.\n"
     "  --set KEY=VALUE     a setting of the denoisers or of the frame; DENOISER.KEY=VALUE for one of several\n"
     "  --signal NAME       what `reference` averages: diffuse (default), specular, shadow, ao, final\n"
@@ -32,6 +32,7 @@ static const char usage[] =
     "  --csv FILE          writes frame,pass,milliseconds\n"
     "  --device N          the N-th Vulkan device, from 0\n"
     "  --validate          under the Vulkan validation layer, with synchronisation checks; fails on any message\n"
+    "  --explain[=FORMAT]  lists what these settings keep and leave out, why, and what that saves: text, json, dot (Graphviz)\n"
     "  --info              lists passes, textures, bytes and settings (for 1920x1080), touches no GPU\n";
 
 typedef struct options {
@@ -41,8 +42,9 @@ typedef struct options {
     uint32_t set_count;
     const char *denoisers, *in, *out, *csv;
     long first, last;      /* frames; -1: as in IN */
-    bool info;
-    long width, height;    /* of --info */
+    bool info, explain;
+    nrd_explain_format explain_format;
+    long width, height;    /* of --info and --explain */
 } options;
 
 typedef struct program {
@@ -131,8 +133,25 @@ static bool parse_denoisers(program *p, const char *text)
     return true;
 }
 
+/* --explain or --explain=FORMAT */
+static bool parse_explain(program *p, const char *name)
+{
+    static const struct { const char *name; nrd_explain_format format; } rows[] = {
+        { "", NRD_EXPLAIN_TEXT }, { "=text", NRD_EXPLAIN_TEXT }, { "=json", NRD_EXPLAIN_JSON }, { "=dot", NRD_EXPLAIN_GRAPHVIZ },
+    };
+    for (size_t i = 0; i < sizeof rows / sizeof *rows; i++) {
+        if (strcmp(name + strlen("--explain"), rows[i].name))
+            continue;
+        p->opt.explain_format = rows[i].format;
+        return p->opt.explain = true;
+    }
+    return fail(p, name, ": formats are text, json and dot");
+}
+
 static bool set_flag(program *p, const char *name)
 {
+    if (!strncmp(name, "--explain", strlen("--explain")))
+        return parse_explain(p, name);
     if (!strcmp(name, "--info"))
         return p->opt.info = true;
     if (!strcmp(name, "--validate"))
@@ -206,8 +225,8 @@ static bool parse(program *p, int argc, char **argv)
             return false;
     opt->desc.settings = opt->settings;
     opt->desc.setting_count = opt->set_count;
-    if (opt->info)
-        return !opt->in || fail(p, "", "--info takes no folders");
+    if (opt->info || opt->explain)
+        return !opt->in || fail(p, "", "--info and --explain take no folders");
     return (opt->in && opt->out) || fail(p, "", "needs an input and an output folder; try --help");
 }
 
@@ -276,6 +295,38 @@ static bool print_info(program *p)
     print_settings("the frame", SETTINGS_OF_FRAME);
     nrd_destroy(instance);
     return true;
+}
+
+/* A frame of any camera, with the frame settings that are given. */
+static bool set_any_frame(program *p, nrd *instance)
+{
+    static const float projection[16] = { 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 1, 0, 0, -0.1f, 0 }, identity[16] = { 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1 };
+    nrd_frame frame = nrd_frame_defaults();
+    memcpy(frame.camera.view_to_clip, projection, sizeof projection);
+    memcpy(frame.camera.world_to_view, identity, sizeof identity);
+    settings_apply(p->opt.settings, p->opt.set_count, SETTINGS_OF_FRAME, 1, &frame);
+    return nrd_set_frame(instance, &frame) == NRD_RESULT_OK;
+}
+
+static bool print_explanation(program *p)
+{
+    capture frame;
+    denoise_sink sink = { p->error, sizeof p->error };
+    capture_create(&frame, (int)p->opt.width, (int)p->opt.height);
+    nrd *instance = denoise_make_instance(&p->opt.desc, &frame, &sink);
+    if (!instance || !set_any_frame(p, instance)) {
+        nrd_destroy(instance);
+        return false;
+    }
+    size_t size = nrd_explain(instance, p->opt.explain_format, NULL, 0) + 1;
+    char *text = malloc(size);
+    if (text) {
+        nrd_explain(instance, p->opt.explain_format, text, size);
+        fputs(text, stdout);
+    }
+    free(text);
+    nrd_destroy(instance);
+    return text || fail(p, "", "out of memory");
 }
 
 /* ---- files ---- */
@@ -446,8 +497,8 @@ int main(int argc, char **argv)
         return 0;
     }
     bool ok = parse(&p, argc, argv);
-    if (ok && p.opt.info) {
-        ok = print_info(&p);
+    if (ok && (p.opt.info || p.opt.explain)) {
+        ok = p.opt.explain ? print_explanation(&p) : print_info(&p);
     } else if (ok) {
         ok = find_frames(&p) && denoise_all(&p);
         ok = close_csv(&p, ok) && ok;
