@@ -439,7 +439,7 @@ typedef struct nrd_texture {
     uint32_t denoiser;             /* index into nrd_desc.denoisers */
     nrd_format format;
     uint32_t width, height;        /* one mip, one layer; sampled and storage use */
-    bool permanent;                /* contents survive the frame */
+    bool permanent;                /* contents survive the frame; zeros at first. Transient: undefined until written in a frame */
     uint32_t first_pass, last_pass; /* transient: in use from .. to, in the order of nrd_info.passes */
     uint64_t bytes, offset;        /* tightly packed; offset into the transient block when placed like that */
 } nrd_texture;
@@ -519,7 +519,7 @@ typedef struct nrd_dispatch {
     const char *name;
     uint32_t pass;                  /* index into nrd_info.passes */
     uint32_t pipeline;              /* index into nrd_info.pipelines */
-    const nrd_binding *bindings;
+    const nrd_binding *bindings;    /* what is both read and written here is read by the thread alone that writes it */
     uint32_t binding_count;
     const void *constants;          /* nrd_info.constant_bytes bytes; equal pointers mean equal contents within one call */
     int32_t push[4];
