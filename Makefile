@@ -65,24 +65,18 @@ $(spv): $B/spv/%.spv: nrd_shaders/modules.txt nrd_shaders/common/nrd_shared.glsl
 	@$(end_deps)
 
 # All modules as C arrays: folder of the .spv files, how the arrays are qualified.
-define spirv_header
-	@{ echo '/* All passes as SPIR-V; generated from nrd_shaders/. */'; \
-	echo '#ifndef NRD_SPIRV_H'; echo '#define NRD_SPIRV_H'; echo '#include <stdint.h>'; \
-	echo 'typedef struct nrd_spirv { const char *name; const uint32_t *words; uint32_t size_bytes; } nrd_spirv;'; \
-	for m in $(modules); do echo "static $2uint32_t $${m}_words[] = {"; \
-	    od -An -v -tx4 -w32 $1/$$m.spv | sed 's/ \([0-9a-f]*\)/0x\1,/g'; echo '};'; done; \
-	echo 'static const nrd_spirv nrd_spirv_table[] = {'; \
-	for m in $(modules); do echo "    { \"$$m\", $${m}_words, sizeof $${m}_words },"; done; echo '};'; \
-	echo 'static const uint32_t nrd_spirv_count = sizeof nrd_spirv_table / sizeof nrd_spirv_table[0];'; \
-	echo '#endif'; } > $@
-endef
-$B/nrd_spirv.h: $(spv)
-	$(call spirv_header,$B/spv,const )
+spirv_header = @$B/spirv-header $1 "$2" $(modules) > $@
+$B/spirv-header: examples/dist/spirv_header.c nrd.h
+	@echo "cc   $<"; mkdir -p $(@D)
+	$Q$(CC) $(ALL_CFLAGS) -I. $< -lm -o $@
+
+$B/nrd_spirv.h: $(spv) $B/spirv-header
+	$(call spirv_header,$B/spv,const)
 
 # Tuning build: the named float constants of the families become specialization constants, ids from 100 on, in copies of the
 # shaders; those with six digits or more are mathematics and stay.
 shaders := $(wildcard nrd_shaders/*.* nrd_shaders/*/*.*)
-$B/tune/nrd_spirv.h: $(shaders) Makefile
+$B/tune/nrd_spirv.h: $(shaders) $B/spirv-header Makefile
 	@echo "tune glsl"; rm -rf $B/tune/src && mkdir -p $B/tune/src && cp -R nrd_shaders/. $B/tune/src && \
 	    cat nrd_shaders/*/* > $B/tune/names
 	$Qfor f in $$(cd nrd_shaders && ls */* | grep -v ^common/); do awk -v file=$$f 'BEGIN { id = 100 } \

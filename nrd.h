@@ -187,6 +187,24 @@ typedef enum nrd_denoiser {
     NRD_DENOISER_COUNT
 } nrd_denoiser;
 
+/* Denoisers that a program does without. Define NRD_NO_<name> for each, or NRD_ONLY_<name> for each that it needs, empty or as 1, before
+   the implementation is included (with nrd_vk.h: before both): the others' tables and SPIR-V are then not compiled, and nrd_create
+   refuses them. `-DNRD_ONLY_REBLUR_DIFFUSE -DNRD_ONLY_SIGMA_SHADOW`. A name that is no denoiser's has no effect. */
+#define NRDI_DEFINED_ 0,
+#define NRDI_DEFINED_1 0,
+#define NRDI_SECOND(a, b, ...) b
+#define NRDI_TAKE_SECOND(x) NRDI_SECOND(x 1, 0, 0)
+#define NRDI_IS(value) NRDI_TAKE_SECOND(NRDI_DEFINED_##value)
+#define NRDI_IS_DEFINED(name) NRDI_IS(name)
+#define NRDI_X(name, text, settings) + NRDI_IS_DEFINED(NRD_ONLY_##name)
+#if 0 NRD_DENOISERS(NRDI_X)
+#define NRDI_ONLY 1
+#else
+#define NRDI_ONLY 0
+#endif
+#undef NRDI_X
+#define NRDI_WITH(name) ((!NRDI_ONLY || NRDI_IS_DEFINED(NRD_ONLY_##name)) && !NRDI_IS_DEFINED(NRD_NO_##name))
+
 /* Images that the app owns. X(name, storage format or 0 for any sampled float format, text)
    IN_ images are only sampled. OUT_ images are written as storage images of exactly this format.
    Inputs are nrd_desc.width x height; pixels outside the rectangle, and noisy pixels of the sky, are never read and may hold anything.
@@ -660,11 +678,15 @@ enum { NRDI_TAP, NRDI_STATE };
     { "split screen" text, "reblur_split_screen", NRDI_IF_SPLIT, NRD_FEATURE_SPLIT_SCREEN, 0, 0, \
       { NRDI_IN(IN_VIEWZ), NRDI_IN(IN_##S##_RADIANCE_HITDIST), NRDI_OUT(OUT_##S##_RADIANCE_HITDIST), NRDI_STOP } }
 
-static const nrdi_denoiser_row nrdi_rows[NRD_DENOISER_COUNT] = {
+/* In the order of NRD_DENOISERS, without those that are not compiled in. */
+static const nrdi_denoiser_row nrdi_rows[] = {
+#if NRDI_WITH(REFERENCE)
     { NRDI_FAMILY_REFERENCE,
       { { "HISTORY", NRD_FORMAT_RGBA32_FLOAT, 1, NRDI_PERMANENT } },
       { { "reference accumulate", "reference_accumulate", NRDI_ALWAYS, 0, 0, 0,
           { NRDI_IN(IN_SIGNAL), NRDI_READ(NRDI_REFERENCE_HISTORY), NRDI_WRITE(NRDI_REFERENCE_HISTORY), NRDI_OUT(OUT_SIGNAL), NRDI_STOP } } } },
+#endif
+#if NRDI_WITH(REBLUR_DIFFUSE)
     { NRDI_FAMILY_REBLUR,
       { NRDI_REBLUR_TEXTURES },
       { NRDI_PREPASS(DIFF, "reblur_prepass_diffuse", "", NRDI_IF_PREPASS),
@@ -676,6 +698,8 @@ static const nrdi_denoiser_row nrdi_rows[NRD_DENOISER_COUNT] = {
         { "post-blur 2", "reblur_post_blur_from_out_diffuse", NRDI_IF_BLUR, 0, 0, 2, { NRDI_READ(NRDI_GUIDE), NRDI_FROM_OUT_SIGNAL(DIFF, NRDI_GUIDE), NRDI_STOP } },
         { "stabilization", "reblur_stabilization_diffuse", NRDI_ALWAYS, 0, 0, 3, { NRDI_READ(NRDI_GUIDE), NRDI_STABILIZATION_SIGNAL(DIFF, NRDI_GUIDE), NRDI_STOP } },
         NRDI_SPLIT_SCREEN(DIFF, "") } },
+#endif
+#if NRDI_WITH(REBLUR_SPECULAR)
     { NRDI_FAMILY_REBLUR,
       { NRDI_REBLUR_TEXTURES },
       { NRDI_PREPASS(SPEC, "reblur_prepass_specular", "", NRDI_IF_SPEC_PREPASS),
@@ -691,6 +715,8 @@ static const nrdi_denoiser_row nrdi_rows[NRD_DENOISER_COUNT] = {
         { "stabilization", "reblur_stabilization_specular", NRDI_ALWAYS, 0, 0, 3,
           { NRDI_READ(NRDI_GUIDE), NRDI_READ(NRDI_SPEC_TRACK), NRDI_STABILIZATION_SIGNAL(SPEC, NRDI_GUIDE), NRDI_STOP } },
         NRDI_SPLIT_SCREEN(SPEC, "") } },
+#endif
+#if NRDI_WITH(REBLUR_DIFFUSE_SPECULAR)
     { NRDI_FAMILY_REBLUR,
       { NRDI_REBLUR_TEXTURES },
       { NRDI_PREPASS(DIFF, "reblur_prepass_diffuse", " (diffuse)", NRDI_IF_PREPASS),
@@ -709,6 +735,8 @@ static const nrdi_denoiser_row nrdi_rows[NRD_DENOISER_COUNT] = {
         { "stabilization", "reblur_stabilization_diffuse_specular", NRDI_ALWAYS, 0, 0, 3,
           { NRDI_READ(NRDI_GUIDE), NRDI_READ(NRDI_TRACK), NRDI_STABILIZATION_SIGNAL(DIFF, NRDI_GUIDE), NRDI_STABILIZATION_SIGNAL(SPEC, NRDI_TRACK), NRDI_STOP } },
         NRDI_SPLIT_SCREEN(DIFF, " (diffuse)"), NRDI_SPLIT_SCREEN(SPEC, " (specular)") } },
+#endif
+#if NRDI_WITH(REBLUR_DIFFUSE_OCCLUSION)
     { NRDI_FAMILY_OCCLUSION,   /* the previous half of TAP is dead after accumulation too: it holds the once filtered signal */
       { { "TAP", NRD_FORMAT_R32_UINT, 1, NRDI_PING_PONG },
         { "STATE", NRD_FORMAT_R16_UINT, 1, NRDI_PING_PONG } },
@@ -721,6 +749,8 @@ static const nrdi_denoiser_row nrdi_rows[NRD_DENOISER_COUNT] = {
         { "post-blur", "reblur_diffuse_occlusion_post_blur", NRDI_ALWAYS, 0, 0, 1,
           { NRDI_IN(IN_NORMAL_ROUGHNESS), NRDI_READ_PREV_IF(NRDI_TAP, NRDI_IF_BLUR), NRDI_READ(NRDI_STATE), NRDI_OUT(OUT_DIFF_HITDIST), NRDI_STOP } },
         NRDI_OCCLUSION_SPLIT(DIFF) } },
+#endif
+#if NRDI_WITH(REBLUR_SPECULAR_OCCLUSION)
     { NRDI_FAMILY_OCCLUSION,
       { { "TAP", NRD_FORMAT_RG32_UINT, 1, NRDI_PING_PONG } },
       { { "temporal accumulation", "reblur_specular_occlusion_accumulation", NRDI_ALWAYS, 0, 0, 0,
@@ -731,6 +761,8 @@ static const nrdi_denoiser_row nrdi_rows[NRD_DENOISER_COUNT] = {
         { "post-blur", "reblur_specular_occlusion_post_blur", NRDI_ALWAYS, 0, 0, 1,
           { NRDI_IN(IN_NORMAL_ROUGHNESS), NRDI_READ_PREV_IF(NRDI_TAP, NRDI_IF_BLUR), NRDI_OUT(OUT_SPEC_HITDIST), NRDI_STOP } },
         NRDI_OCCLUSION_SPLIT(SPEC) } },
+#endif
+#if NRDI_WITH(REBLUR_DIFFUSE_SPECULAR_OCCLUSION)
     { NRDI_FAMILY_OCCLUSION,
       { { "TAP", NRD_FORMAT_RG32_UINT, 1, NRDI_PING_PONG },
         { "STATE", NRD_FORMAT_R16_UINT, 1, NRDI_PING_PONG } },
@@ -744,6 +776,8 @@ static const nrdi_denoiser_row nrdi_rows[NRD_DENOISER_COUNT] = {
           { NRDI_IN(IN_NORMAL_ROUGHNESS), NRDI_READ_PREV_IF(NRDI_TAP, NRDI_IF_BLUR), NRDI_READ(NRDI_STATE), NRDI_OUT(OUT_DIFF_HITDIST),
             NRDI_OUT(OUT_SPEC_HITDIST), NRDI_STOP } },
         NRDI_OCCLUSION_SPLIT(DIFF), NRDI_OCCLUSION_SPLIT(SPEC) } },
+#endif
+#if NRDI_WITH(REBLUR_DIFFUSE_DIRECTIONAL_OCCLUSION)
     { NRDI_FAMILY_OCCLUSION,
       { { "TAP", NRD_FORMAT_RG32_UINT, 1, NRDI_PING_PONG },
         { "STATE", NRD_FORMAT_R16_UINT, 1, NRDI_PING_PONG } },
@@ -757,6 +791,8 @@ static const nrdi_denoiser_row nrdi_rows[NRD_DENOISER_COUNT] = {
           { NRDI_IN(IN_NORMAL_ROUGHNESS), NRDI_READ_PREV_IF(NRDI_TAP, NRDI_IF_BLUR), NRDI_READ(NRDI_STATE), NRDI_OUT(OUT_DIFF_DIRECTION_HITDIST), NRDI_STOP } },
         { "split screen", "reblur_split_screen", NRDI_IF_SPLIT, NRD_FEATURE_SPLIT_SCREEN, 0, 0,
           { NRDI_IN(IN_VIEWZ), NRDI_IN(IN_DIFF_DIRECTION_HITDIST), NRDI_OUT(OUT_DIFF_DIRECTION_HITDIST), NRDI_STOP } } } },
+#endif
+#if NRDI_WITH(SIGMA_SHADOW)
     { NRDI_FAMILY_SIGMA,
       { { "SHADOW_HISTORY", NRD_FORMAT_R32_UINT, 1, NRDI_PERMANENT },
         { "SHADOW_TILE", NRD_FORMAT_R8_UNORM, NRDI_TILE_PX, NRDI_PING_PONG },
@@ -770,6 +806,8 @@ static const nrdi_denoiser_row nrdi_rows[NRD_DENOISER_COUNT] = {
             NRDI_OUT(OUT_SHADOW), NRDI_READ_IF(NRDI_SHADOW_EXTRA, NRDI_IF_STABILIZED), NRDI_STOP } },
         { "split screen", "sigma_split_screen", NRDI_IF_SPLIT, NRD_FEATURE_SPLIT_SCREEN, 0, 0,
           { NRDI_IN(IN_VIEWZ), NRDI_IN(IN_PENUMBRA), NRDI_OUT(OUT_SHADOW), NRDI_STOP } } } },
+#endif
+#if NRDI_WITH(SIGMA_SHADOW_TRANSLUCENCY)
     { NRDI_FAMILY_SIGMA,
       { { "SHADOW_HISTORY", NRD_FORMAT_R32_UINT, 1, NRDI_PERMANENT },
         { "SHADOW_TILE", NRD_FORMAT_R8_UNORM, NRDI_TILE_PX, NRDI_PING_PONG },
@@ -783,7 +821,25 @@ static const nrdi_denoiser_row nrdi_rows[NRD_DENOISER_COUNT] = {
             NRDI_OUT(OUT_SHADOW_TRANSLUCENCY), NRDI_WRITE(NRDI_SHADOW_EXTRA), NRDI_STOP } },
         { "split screen", "sigma_split_screen_translucency", NRDI_IF_SPLIT, NRD_FEATURE_SPLIT_SCREEN, 0, 0,
           { NRDI_IN(IN_VIEWZ), NRDI_IN(IN_PENUMBRA), NRDI_OUT(OUT_SHADOW_TRANSLUCENCY), NRDI_IN(IN_TRANSLUCENCY), NRDI_STOP } } } },
+#endif
 };
+
+static const bool nrdi_compiled_in[] = {
+#define NRDI_X(name, text, settings) NRDI_WITH(name),
+    NRD_DENOISERS(NRDI_X)
+#undef NRDI_X
+};
+#define NRDI_X(name, text, settings) + (NRDI_WITH(name) ? 1 : 0)
+typedef char nrdi_every_denoiser_has_its_row[sizeof nrdi_rows / sizeof nrdi_rows[0] == 0 NRD_DENOISERS(NRDI_X) ? 1 : -1];
+#undef NRDI_X
+
+/* NULL: not compiled in. */
+static const nrdi_denoiser_row *nrdi_row_of(nrd_denoiser denoiser)
+{
+    const nrdi_denoiser_row *row = nrdi_rows;
+    for (uint32_t i = 0; i < (uint32_t)denoiser; i++) row += nrdi_compiled_in[i];
+    return nrdi_compiled_in[denoiser] ? row : NULL;
+}
 
 static uint32_t nrdi_use_count(const nrdi_pass_row *pass)
 {
@@ -1403,7 +1459,7 @@ static void nrdi_compile(nrd *n)
         n->denoisers[i] = n->desc.denoisers[i];
         s->denoiser = n->denoisers[i].denoiser;
         s->identifier = n->denoisers[i].identifier;
-        s->row = &nrdi_rows[nrdi_reduce(s->denoiser, n->desc.absent)];
+        s->row = nrdi_row_of(nrdi_reduce(s->denoiser, n->desc.absent));
         nrd_settings_defaults(s->denoiser, &s->settings);
         nrdi_add_passes(n, s);
         for (uint32_t t = 0; t < NRDI_MAX_TEXTURES; t++) nrdi_add_texture(n, s, t);
@@ -1423,6 +1479,15 @@ static void nrdi_compile(nrd *n)
 
 /* ---------------------------------------------------------------------------------------------------------------------------
    Create  >>create */
+static nrd_result nrdi_check_compiled_in(const nrd_desc *d, nrd_denoiser denoiser)
+{
+    if (nrdi_row_of(denoiser)) return NRD_RESULT_OK;
+    nrdi_text t = { { 0 }, 0 };
+    nrdi_put(&t, "nrd_desc.denoisers[].denoiser: this build has no "); nrdi_put(&t, nrd_denoiser_name(denoiser));
+    nrdi_put(&t, ", see its NRD_ONLY_ and NRD_NO_ macros");
+    return nrdi_tell(d, NRD_SEVERITY_ERROR, NRD_RESULT_UNKNOWN_DENOISER, t.s);
+}
+
 static nrd_result nrdi_check_desc(const nrd_desc *d)
 {
     nrd_result r;
@@ -1439,6 +1504,7 @@ static nrd_result nrdi_check_desc(const nrd_desc *d)
     if (!d->allocate != !d->release) return nrdi_invalid(d, "nrd_desc.allocate and .release must both be set, or neither");
     for (uint32_t i = 0; i < d->denoiser_count; i++) {
         if ((r = nrdi_check_range(d, "nrd_desc", "denoisers[].denoiser", d->denoisers[i].denoiser, 0, NRD_DENOISER_COUNT - 1))) return r;
+        if ((r = nrdi_check_compiled_in(d, nrdi_reduce(d->denoisers[i].denoiser, d->absent)))) return r;
         for (uint32_t k = 0; k < i; k++)
             if (d->denoisers[k].identifier == d->denoisers[i].identifier)
                 return nrdi_tell(d, NRD_SEVERITY_ERROR, NRD_RESULT_DUPLICATE_IDENTIFIER, "nrd_desc.denoisers: an identifier appears twice");
@@ -2008,9 +2074,9 @@ static float nrdi_row_us(const nrd_desc *desc, const nrdi_denoiser_row *row)
 /* A signal of a denoiser of both that is absent, with all that it would bring. */
 static void nrdi_explain_signal(const nrd *n, const nrdi_state *s, nrdi_search *search)
 {
-    const nrdi_denoiser_row *whole = &nrdi_rows[s->denoiser];
+    const nrdi_denoiser_row *whole = nrdi_row_of(s->denoiser);
     bool diffuse = (n->desc.absent & NRD_ABSENT_DIFFUSE) != 0;
-    if (whole == s->row) return;
+    if (!whole || whole == s->row) return;
     nrd_explanation item = { "signal", diffuse ? "diffuse" : "specular", (uint32_t)(s - n->states), false,
                              diffuse ? "nrd_desc.absent has NRD_ABSENT_DIFFUSE" : "nrd_desc.absent has NRD_ABSENT_SPECULAR",
                              nrdi_row_bytes(&n->desc, whole) - nrdi_row_bytes(&n->desc, s->row), nrdi_row_us(&n->desc, whole) - nrdi_row_us(&n->desc, s->row) };

@@ -4,7 +4,7 @@
        #define NRD_IMPLEMENTATION
        #define NRD_VK_IMPLEMENTATION
        #include "nrd_vk.h"
-   The implementation includes nrd_spirv.h (all passes as arrays), which comes with the distribution. Vulkan is reached only
+   The implementation includes nrd_spirv.h (all passes as arrays; of the denoisers that are compiled in, see nrd.h), which comes with the distribution. Vulkan is reached only
    through the function pointers in nrd_vk_desc: works with VK_NO_PROTOTYPES, volk or static linking, nothing is linked. A
    loader that demands VK_NO_PROTOTYPES before the first Vulkan header demands it here too.
 
@@ -624,7 +624,7 @@ static nrd_result nrdi_vk_create_pipeline(nrd_vk *vk, const nrd_pipeline *from, 
     const nrd_spirv *spirv = nrdi_vk_find_module(from->shader);
     VkShaderModule module = VK_NULL_HANDLE;
     if (!spirv) {
-        nrdi_vk_text t = nrdi_vk_say("nrd_spirv.h is of another version: it has no module ");
+        nrdi_vk_text t = nrdi_vk_say("nrd_spirv.h is of another version or was compiled with other NRD_ONLY_ and NRD_NO_ macros: it has no module ");
         nrdi_vk_add(&t, from->shader);
         return nrdi_vk_fail(vk->desc.instance, NRD_RESULT_INVALID_ARGUMENT, t.text);
     }

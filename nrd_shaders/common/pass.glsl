@@ -25,7 +25,7 @@ uint opaque_zero() { return gl_WorkGroupID.z; }
 bool is_reset() { return (g.reset | opaque_zero()) != 0u; }
 
 /* NRD_ABSENT_ bits: true if the app has promised any of these. A constant: what depends on it is not in the pipeline. */
-bool is_absent(int what) { return (int(SPEC_ABSENT) & what) != 0; }
+bool is_absent(int what) { return (SPEC_ABSENT & uint(what)) != 0u; }
 
 bool is_ruled_out(uint flag) { return is_absent(NRD_ABSENT_LIGHTING_CHANGE) && (flag & (NRD_FLAG_ANTILAG | NRD_FLAG_TILE_HISTORY)) != 0u; }
 bool has_flag(uint flag) { return !is_ruled_out(flag) && ((g.flags | opaque_zero()) & flag) != 0u; }
