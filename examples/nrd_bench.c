@@ -1,9 +1,15 @@
 /* nrd-bench: device time of every pass on a synthetic scene.
 
-   nrd-bench [--denoiser NAME] [--size WxH] [--frames N] [--device N] [--penumbra SHARE]
-   Prints the median over the frames in microseconds per pass, their sum, and the bytes that the passes read and write per second.
+   nrd-bench [--denoiser NAME,...] [--size WxH] [--frames N] [--device N] [--penumbra SHARE] [--sky SHARE] [--absent NAME,...]
+             [--features 0..15] [--plan 1] [--costs 1]
+   Prints the median over the frames in microseconds per pass, their sum, the bytes that the passes read and write per second, and what
+   the denoisers are made of: passes, modules, SPIR-V, memory, time of creation.
    --penumbra: share of the pixels that lie in a penumbra, for shadows; the rest is lit and dark in equal parts.
+   --sky: share of the picture that is sky, from the top; 1: nothing but sky.
+   --absent, --features: nrd_desc.absent and .features.
+   --plan 1: only what they are made of; needs no device.  --costs 1: the rows of nrd.h's table of passes.
    --denoiser reference does next to nothing but move bytes: its rate is what the device can copy. */
+#define _POSIX_C_SOURCE 200809L
 #define NRD_IMPLEMENTATION
 #define NRD_VK_IMPLEMENTATION
 #include "nrd_vk.h"
@@ -12,15 +18,24 @@
 
 #include "common/gpu.h"
 #include "common/half.h"
+#include "common/settings.h"
 
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <time.h>
 
-enum { NOISES = 4, MAX_FRAMES = 1000, MAX_PASSES = 16, WARM_UP = 16 };
+enum { NOISES = 4, MAX_FRAMES = 1000, MAX_PASSES = 64, MAX_DENOISERS = 8, WARM_UP = 16 };
 
-typedef struct options { uint32_t width, height, frames; int device; nrd_denoiser denoiser; float penumbra; } options;
+typedef struct options {
+    uint32_t width, height, frames, features, absent, plan, costs;
+    int device;
+    nrd_denoiser_desc denoisers[MAX_DENOISERS];
+    uint32_t denoiser_count;
+    const char *names;   /* of the denoisers */
+    float penumbra, sky;
+} options;
 
 static gpu g;
 static gpu_image images[NRD_RESOURCE_COUNT], noise[NOISES], rays[NOISES];
@@ -31,6 +46,7 @@ static const nrd_resource noisy[] = { NRD_RESOURCE_IN_DIFF_RADIANCE_HITDIST, NRD
 static nrd *denoiser;
 static nrd_vk *denoiser_vk;
 static float (*times_us)[MAX_PASSES];
+static double creation_ms;   /* of nrd_vk_create: pipelines without a cache, images, descriptors */
 
 static const float view_to_clip[16] = { 1.125f, 0, 0, 0, 0, 2, 0, 0, 0, 0, 1, 1, 0, 0, -0.1f, 0 };
 static const float world_to_view[16] = { 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1 };
@@ -47,7 +63,7 @@ static void surface(const options *o, uint32_t x, uint32_t y, float *z, float no
 {
     float u = (2 * (x + 0.5f) / o->width - 1) / 1.125f, v = (1 - 2 * (y + 0.5f) / o->height) / 2;
     bool is_floor = v < -1.0f / 8;
-    *z = is_floor ? -1 / v : 8;
+    *z = (float)y < o->sky * (float)o->height ? 1e6f : is_floor ? -1 / v : 8;
     float bump = is_floor ? 0 : 0.5f * sinf(4 * u * *z) * sinf(4 * v * *z), length = sqrtf(1 + bump * bump);
     normal[0] = bump / length;
     normal[1] = is_floor ? 1.0f : 0.0f;
@@ -125,24 +141,41 @@ static void print_message(void *user, nrd_severity severity, nrd_result result, 
     fprintf(stderr, "nrd-bench: %s (%s)\n", text, nrd_result_string(result));
 }
 
-static bool make_denoiser(const options *o)
+static bool make_instance(const options *o)
 {
-    nrd_denoiser_desc list[] = { { 0, o->denoiser } };
-    nrd_desc desc = { .width = o->width, .height = o->height, .denoisers = list, .denoiser_count = 1,
-                      .normal_encoding = NRD_NORMAL_FORMAT_RGBA16_SNORM, .message = print_message };
-    if (nrd_create(&desc, &denoiser)) return false;
-    nrd_vk_desc vk = { .instance = denoiser, .vk_instance = g.instance, .physical = g.physical, .device = g.device, .get_instance_proc = g.get_instance_proc,
-                       .frames_in_flight = 1, .queue_family = g.family, .flags = NRD_VK_TIMESTAMPS };
-    for (uint32_t r = 0; r < NRD_RESOURCE_COUNT; r++) {
-        VkFormat format = nrd_vk_format(nrd_resource_format((nrd_resource)r));
-        if (format && !gpu_image_create(&g, o->width, o->height, format, nrd_resource_name((nrd_resource)r), &images[r])) return false;
-    }
     nrd_sigma_settings sun = nrd_sigma_defaults();
     sun.light_x = 0.5f;
     sun.light_y = 0.7f;
     sun.light_z = -0.5f;
-    if ((o->denoiser == NRD_DENOISER_SIGMA_SHADOW || o->denoiser == NRD_DENOISER_SIGMA_SHADOW_TRANSLUCENCY) && nrd_set_settings(denoiser, 0, &sun)) return false;
-    return nrd_vk_create(&vk, &denoiser_vk) == NRD_RESULT_OK;
+    nrd_desc desc = { .width = o->width, .height = o->height, .denoisers = o->denoisers, .denoiser_count = o->denoiser_count, .features = o->features,
+                      .absent = o->absent, .normal_encoding = NRD_NORMAL_FORMAT_RGBA16_SNORM, .message = print_message };
+    if (nrd_create(&desc, &denoiser)) return false;
+    for (uint32_t i = 0; i < o->denoiser_count; i++) {
+        nrd_denoiser d = o->denoisers[i].denoiser;
+        if ((d == NRD_DENOISER_SIGMA_SHADOW || d == NRD_DENOISER_SIGMA_SHADOW_TRANSLUCENCY) && nrd_set_settings(denoiser, o->denoisers[i].identifier, &sun)) return false;
+    }
+    return true;
+}
+
+static double now_ms(void)
+{
+    struct timespec t;
+    clock_gettime(CLOCK_MONOTONIC, &t);
+    return (double)t.tv_sec * 1e3 + (double)t.tv_nsec * 1e-6;
+}
+
+static bool make_denoiser(const options *o)
+{
+    nrd_vk_desc vk = { .instance = denoiser, .vk_instance = g.instance, .physical = g.physical, .device = g.device, .get_instance_proc = g.get_instance_proc,
+                       .frames_in_flight = 1, .queue_family = g.family, .flags = NRD_VK_TIMESTAMPS };
+    for (uint32_t r = 0; r < NRD_RESOURCE_COUNT; r++) {
+        VkFormat format = nrd_vk_format(nrd_resource_format((nrd_resource)r));
+        if (format && nrd_uses_resource(denoiser, (nrd_resource)r) && !gpu_image_create(&g, o->width, o->height, format, nrd_resource_name((nrd_resource)r), &images[r])) return false;
+    }
+    double before = now_ms();
+    bool ok = nrd_vk_create(&vk, &denoiser_vk) == NRD_RESULT_OK;
+    creation_ms = now_ms() - before;
+    return ok;
 }
 
 static bool set_frame(uint32_t index)
@@ -171,9 +204,9 @@ static bool run_frame(uint32_t index)
 
 static bool measure(const options *o, nrd_vk_timing *names, uint32_t *passes)
 {
-    for (uint32_t i = 0; i < WARM_UP + o->frames; i++) {
+    for (uint32_t i = 0; i < WARM_UP + o->frames; i++) {   /* frame 0 was the plan's */
         nrd_vk_timing timings[MAX_PASSES];
-        if (!run_frame(i) || nrd_vk_timings(denoiser_vk, 0, timings, MAX_PASSES, passes)) return false;
+        if (!run_frame(i + 1) || nrd_vk_timings(denoiser_vk, 0, timings, MAX_PASSES, passes)) return false;
         if (i < WARM_UP) continue;
         for (uint32_t p = 0; p < *passes; p++) {
             names[p] = timings[p];
@@ -204,7 +237,7 @@ static double bytes_per_pixel(const options *o)
     const nrd_info *info = nrd_get_info(denoiser);
     uint32_t count;
     double bytes = 0;
-    if (!set_frame(WARM_UP + o->frames) || nrd_get_dispatches(denoiser, NULL, 0, &dispatches, &count)) return 0;
+    if (!set_frame(WARM_UP + o->frames + 1) || nrd_get_dispatches(denoiser, NULL, 0, &dispatches, &count)) return 0;
     for (uint32_t d = 0; d < count; d++)
         for (uint32_t b = 0; b < dispatches[d].binding_count; b++) {
             const nrd_binding *binding = &dispatches[d].bindings[b];
@@ -215,6 +248,33 @@ static double bytes_per_pixel(const options *o)
     return bytes / ((double)o->width * o->height);
 }
 
+static uint32_t spirv_bytes(const nrd_info *info)
+{
+    uint32_t bytes = 0;
+    for (uint32_t p = 0; p < info->pipeline_count; p++)
+        for (uint32_t i = 0; i < nrd_spirv_count; i++)
+            if (!strcmp(nrd_spirv_table[i].name, info->pipelines[p].shader)) bytes += nrd_spirv_table[i].size_bytes;
+    return bytes;
+}
+
+/* Passes and pipelines that a frame of these settings runs, out of those that there are. */
+static bool print_plan(const options *o)
+{
+    const nrd_info *info = nrd_get_info(denoiser);
+    const nrd_dispatch *dispatches;
+    uint32_t count;
+    if (!set_frame(0) || nrd_get_dispatches(denoiser, NULL, 0, &dispatches, &count)) return false;
+    printf("plan: %s, %ux%u: %u passes, %u modules, %.1f kB SPIR-V, %.1f MB\n", o->names, o->width, o->height, count, info->pipeline_count,
+           spirv_bytes(info) * 1e-3, (double)(info->permanent_bytes + info->transient_bytes) * 1e-6);
+    return true;
+}
+
+static void print_cost(const options *o, const nrd_vk_timing *timing, float us)
+{
+    const nrd_info *info = nrd_get_info(denoiser);
+    printf("    { \"%s\", %.4ff },\n", info->pipelines[info->passes[timing->pass].pipeline].shader, 1e3 * us / ((double)o->width * o->height));
+}
+
 static bool bench(const options *o)
 {
     nrd_vk_timing names[MAX_PASSES];
@@ -223,16 +283,35 @@ static bool bench(const options *o)
     bool ok = make_guides(o) && make_hit_distances(o);
     for (uint32_t i = 0; ok && i < NOISES; i++) ok = make_noise(o, i) && make_rays(o, i);
     if (!ok || !make_denoiser(o) || !measure(o, names, &passes)) return false;
-    printf("%s, %s, %ux%u, median of %u frames\n", g.properties.deviceName, nrd_denoiser_name(o->denoiser), o->width, o->height, o->frames);
+    printf("%s, %s, %ux%u, median of %u frames\n", g.properties.deviceName, o->names, o->width, o->height, o->frames);
     for (uint32_t p = 0; p < passes; p++) {
         float us = median(o, p);
-        printf("%10.1f us  %s\n", us, names[p].name);
+        if (o->costs) print_cost(o, &names[p], us);
+        else printf("%10.1f us  %s\n", us, names[p].name);
         total += us;
     }
     double bytes = bytes_per_pixel(o), pixels = (double)o->width * o->height;
     printf("%10.1f us  total, %.3f ns per pixel, %.1f bytes per pixel: %.2f TB/s\n", total, 1e3 * total / pixels, bytes, bytes * pixels / (total * 1e6));
+    printf("%10.1f ms  creation; %.1f %% of the tiles are active\n", creation_ms, 100.0 * (1.0 - o->sky));
     return true;
 }
+
+static bool parse_denoisers(const char *text, options *o)
+{
+    o->names = text;
+    for (o->denoiser_count = 0;;) {
+        char name[64];
+        size_t length = strcspn(text, ",");
+        snprintf(name, sizeof name, "%.*s", (int)length, text);
+        if (o->denoiser_count == MAX_DENOISERS || nrd_find_denoiser(name, &o->denoisers[o->denoiser_count].denoiser)) return false;
+        o->denoisers[o->denoiser_count].identifier = o->denoiser_count;
+        o->denoiser_count++;
+        if (!text[length]) return true;
+        text += length + 1;
+    }
+}
+
+static bool parse_share(const char *text, float *out) { return sscanf(text, "%f", out) == 1 && *out >= 0 && *out <= 1; }
 
 static bool parse(int argc, char **argv, options *o)
 {
@@ -240,10 +319,16 @@ static bool parse(int argc, char **argv, options *o)
         const char *value = i + 1 < argc ? argv[i + 1] : "";
         bool ok = (!strcmp(argv[i], "--size") && sscanf(value, "%ux%u", &o->width, &o->height) == 2 && o->width && o->height && o->width <= 16384 && o->height <= 16384)
                || (!strcmp(argv[i], "--frames") && (o->frames = (uint32_t)atoi(value)) > 0 && o->frames <= MAX_FRAMES)
-               || (!strcmp(argv[i], "--penumbra") && sscanf(value, "%f", &o->penumbra) == 1 && o->penumbra >= 0 && o->penumbra <= 1)
-               || (!strcmp(argv[i], "--denoiser") && nrd_find_denoiser(value, &o->denoiser) == NRD_RESULT_OK)
+               || (!strcmp(argv[i], "--penumbra") && parse_share(value, &o->penumbra))
+               || (!strcmp(argv[i], "--sky") && parse_share(value, &o->sky))
+               || (!strcmp(argv[i], "--absent") && (!*value || settings_parse_absences(value, &o->absent)))
+               || (!strcmp(argv[i], "--features") && sscanf(value, "%u", &o->features) == 1 && o->features <= NRD_FEATURE_ALL)
+               || (!strcmp(argv[i], "--plan") && sscanf(value, "%u", &o->plan) == 1)
+               || (!strcmp(argv[i], "--costs") && sscanf(value, "%u", &o->costs) == 1)
+               || (!strcmp(argv[i], "--denoiser") && parse_denoisers(value, o))
                || (!strcmp(argv[i], "--device") && sscanf(value, "%d", &o->device) == 1);
-        if (!ok) return fprintf(stderr, "nrd-bench: %s %s: usage: nrd-bench [--denoiser NAME] [--size WxH] [--frames 1..%d] [--device N] [--penumbra 0..1]\n", argv[i], value, MAX_FRAMES), false;
+        if (!ok) return fprintf(stderr, "nrd-bench: %s %s: usage: nrd-bench [--denoiser NAME,...] [--size WxH] [--frames 1..%d] [--device N] [--penumbra 0..1] [--sky 0..1] "
+                                "[--absent NAME,...] [--features 0..%d] [--plan 0|1] [--costs 0|1]\n", argv[i], value, MAX_FRAMES, NRD_FEATURE_ALL), false;
     }
     return true;
 }
@@ -262,13 +347,17 @@ static void clean_up(void)
 
 int main(int argc, char **argv)
 {
-    options o = { 1920, 1080, 60, 0, NRD_DENOISER_REBLUR_DIFFUSE, 0.2f };
+    options o = { .width = 1920, .height = 1080, .frames = 60, .denoisers = { { 0, NRD_DENOISER_REBLUR_DIFFUSE } }, .denoiser_count = 1,
+                  .names = "reblur_diffuse", .penumbra = 0.2f };
     char error[256];
     if (!parse(argc, argv, &o)) return 2;
+    bool ok = make_instance(&o) && print_plan(&o);
     gpu_desc desc = { .device_index = o.device };
-    if (!gpu_open(&g, &desc, error, sizeof error)) return fprintf(stderr, "nrd-bench: %s\n", error), 1;
-    times_us = malloc(o.frames * sizeof *times_us);
-    bool ok = times_us && bench(&o);
+    if (ok && !o.plan) {
+        if (!gpu_open(&g, &desc, error, sizeof error)) return fprintf(stderr, "nrd-bench: %s\n", error), nrd_destroy(denoiser), 1;
+        times_us = malloc(o.frames * sizeof *times_us);
+        ok = times_us && bench(&o);
+    }
     if (!ok) fprintf(stderr, "nrd-bench: failed. %s\n", gpu_error(&g));
     clean_up();
     return ok ? 0 : 1;
