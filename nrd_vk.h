@@ -117,6 +117,10 @@ typedef struct nrd_vk_desc {
 NRD_DECL nrd_result nrd_vk_create(const nrd_vk_desc *desc, nrd_vk **out);
 NRD_DECL void nrd_vk_destroy(nrd_vk *vk); /* NULL is fine */
 
+/* What nrd_vk_create would ask allocate_memory for, by nrd_vk_memory_kind, as this device sees it; size 0: nothing. Nothing is kept: images
+   without memory are created and destroyed. An app that lends the transient block makes room for that much in its own. */
+NRD_DECL nrd_result nrd_vk_memory_needs(const nrd_vk_desc *desc, VkMemoryRequirements needs[3]);
+
 /* Bytes taken from the device, after alignment. */
 NRD_DECL uint64_t nrd_vk_memory_bytes(const nrd_vk *vk, nrd_vk_memory_kind kind);
 
@@ -767,20 +771,25 @@ static nrd_result nrdi_vk_bind_images(nrd_vk *vk, bool permanent)
     return result;
 }
 
-static nrd_result nrdi_vk_create_images(nrd_vk *vk)
+static nrd_result nrdi_vk_create_bare_images(nrd_vk *vk)
 {
     nrd_result result = NRD_RESULT_OK;
     for (uint32_t i = 0; i < vk->info->texture_count && result == NRD_RESULT_OK; i++)
         result = nrdi_vk_create_image(vk, &vk->info->textures[i], &vk->images[NRD_RESOURCE_COUNT + i]);
+    return result;
+}
+
+static nrd_result nrdi_vk_create_images(nrd_vk *vk)
+{
+    nrd_result result = nrdi_vk_create_bare_images(vk);
     if (result == NRD_RESULT_OK) result = nrdi_vk_bind_images(vk, true);
     if (result == NRD_RESULT_OK) result = nrdi_vk_bind_images(vk, false);
     return result;
 }
 
-static nrd_result nrdi_vk_create_constants(nrd_vk *vk)
+static nrd_result nrdi_vk_create_bare_constants(nrd_vk *vk, VkMemoryRequirements *needs)
 {
     VkPhysicalDeviceProperties has;
-    VkMemoryRequirements needs;
     NRDI_VK_STRUCT(VkBufferCreateInfo, info, VK_STRUCTURE_TYPE_BUFFER_CREATE_INFO);
     vk->physical.vkGetPhysicalDeviceProperties(vk->physical.device, &has);
     VkDeviceSize align = has.limits.minUniformBufferOffsetAlignment ? has.limits.minUniformBufferOffsetAlignment : 1;
@@ -789,8 +798,15 @@ static nrd_result nrdi_vk_create_constants(nrd_vk *vk)
     info.usage = VK_BUFFER_USAGE_UNIFORM_BUFFER_BIT;
     NRDI_VK_CREATE(vk, vkCreateBuffer, &info, &vk->constants);
     nrdi_vk_name(vk, VK_OBJECT_TYPE_BUFFER, &vk->constants, "nrd ", "constants");
-    vk->fn.vkGetBufferMemoryRequirements(vk->desc.device, vk->constants, &needs);
-    nrd_result result = nrdi_vk_get_memory(vk, NRD_VK_MEMORY_CONSTANTS, &needs);
+    vk->fn.vkGetBufferMemoryRequirements(vk->desc.device, vk->constants, needs);
+    return NRD_RESULT_OK;
+}
+
+static nrd_result nrdi_vk_create_constants(nrd_vk *vk)
+{
+    VkMemoryRequirements needs;
+    nrd_result result = nrdi_vk_create_bare_constants(vk, &needs);
+    if (result == NRD_RESULT_OK) result = nrdi_vk_get_memory(vk, NRD_VK_MEMORY_CONSTANTS, &needs);
     if (result != NRD_RESULT_OK) return result;
     const nrd_vk_memory *memory = &vk->memory[NRD_VK_MEMORY_CONSTANTS];
     return nrdi_vk_try(vk->desc.instance, vk->fn.vkBindBufferMemory(vk->desc.device, vk->constants, memory->memory, memory->offset), "vkBindBufferMemory");
@@ -879,6 +895,33 @@ static nrd_result nrdi_vk_fill(nrd_vk *vk)
     if (result == NRD_RESULT_OK) result = nrdi_vk_create_constants(vk);
     if (result == NRD_RESULT_OK) result = nrdi_vk_create_sets(vk);
     if (result == NRD_RESULT_OK) result = nrdi_vk_create_queries(vk);
+    return result;
+}
+
+static nrd_result nrdi_vk_measure(nrd_vk *vk, VkMemoryRequirements needs[3])
+{
+    const nrd_vk_desc *d = &vk->desc;
+    nrd_result result = nrdi_vk_load_physical(&vk->physical, d->instance, d->vk_instance, d->physical, d->get_instance_proc);
+    if (result == NRD_RESULT_OK) result = nrdi_vk_check_physical(&vk->physical);
+    if (result == NRD_RESULT_OK) result = nrdi_vk_load(vk);
+    if (result == NRD_RESULT_OK) result = nrdi_vk_create_bare_images(vk);
+    if (result != NRD_RESULT_OK) return result;
+    nrdi_vk_place(vk, true, &needs[NRD_VK_MEMORY_PERMANENT]);
+    nrdi_vk_place(vk, false, &needs[NRD_VK_MEMORY_TRANSIENT]);
+    return nrdi_vk_create_bare_constants(vk, &needs[NRD_VK_MEMORY_CONSTANTS]);
+}
+
+nrd_result nrd_vk_memory_needs(const nrd_vk_desc *desc, VkMemoryRequirements needs[3])
+{
+    VkMemoryRequirements measured[3];
+    nrd_result result = nrdi_vk_check_desc(desc);
+    if (result != NRD_RESULT_OK) return result;
+    if (!needs) return nrdi_vk_fail(desc->instance, NRD_RESULT_INVALID_ARGUMENT, "nrd_vk_memory_needs: needs is NULL");
+    nrd_vk *vk = nrdi_vk_allocate(desc);
+    if (!vk) return nrdi_vk_fail(desc->instance, NRD_RESULT_OUT_OF_MEMORY, "nrd_vk_memory_needs: the allocator returned NULL");
+    result = nrdi_vk_measure(vk, measured);
+    nrd_vk_destroy(vk);
+    if (result == NRD_RESULT_OK) memcpy(needs, measured, sizeof measured);
     return result;
 }
 

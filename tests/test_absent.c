@@ -3,165 +3,21 @@
 #define NRD_VK_IMPLEMENTATION
 #include "nrd_vk.h"
 
-#include "common/gpu.h"
-#include "common/half.h"
-#include "common/pack.h"
-#include "frame_fixture.h"
+#include "stage.h"
 
-enum { WIDTH = 40, HEIGHT = 24, PIXELS = WIDTH * HEIGHT, FRAMES = 4, IDENTIFIER = 7 };
-
-static gpu device;
-
-static int open_device(void **state)
-{
-    char error[256];
-    bool validation = gpu_validation_available();
-    gpu_desc desc = { .validation = validation, .sync_validation = validation };
-    (void)state;
-    if (gpu_open(&device, &desc, error, sizeof error)) return 0;
-    print_error("%s\n", error);
-    return -1;
-}
-
-static int close_device(void **state)
-{
-    (void)state;
-    gpu_close(&device);
-    return 0;
-}
-
-/* ---------------------------------------------------------------------------------------------------------------------------
-   Stage  >>stage */
-/* A denoiser with all its images, fed with noise over a floor and a wall under a still camera. */
-typedef struct stage {
-    spy spy;
-    nrd *instance;
-    nrd_vk *vk;
-    gpu_image images[NRD_RESOURCE_COUNT];
-} stage;
-
-static VkFormat format_of(nrd_resource resource)
-{
-    VkFormat stored = nrd_vk_format(nrd_resource_format(resource));
-    if (resource == NRD_RESOURCE_IN_NORMAL_ROUGHNESS) return VK_FORMAT_A2B10G10R10_UNORM_PACK32;
-    if (resource == NRD_RESOURCE_IN_VIEWZ) return VK_FORMAT_R32_SFLOAT;
-    return stored ? stored : VK_FORMAT_R16G16B16A16_SFLOAT;
-}
-
-static void stage_open(stage *s, nrd_denoiser denoiser, uint32_t absent)
-{
-    nrd_denoiser_desc one = { IDENTIFIER, denoiser };
-    memset(s, 0, sizeof *s);
-    nrd_desc desc = spied_desc(&s->spy, &one, 1, WIDTH, HEIGHT, 0);
-    desc.absent = absent;
-    assert_int_equal(nrd_create(&desc, &s->instance), NRD_RESULT_OK);
-    nrd_vk_desc vk = { .instance = s->instance, .vk_instance = device.instance, .physical = device.physical, .device = device.device,
-                       .get_instance_proc = device.get_instance_proc, .frames_in_flight = 1 };
-    assert_int_equal(nrd_vk_create(&vk, &s->vk), NRD_RESULT_OK);
-    for (int i = 0; i < NRD_RESOURCE_COUNT; i++)
-        if (nrd_uses_resource(s->instance, (nrd_resource)i))
-            assert_true(gpu_image_create(&device, WIDTH, HEIGHT, format_of((nrd_resource)i), nrd_resource_name((nrd_resource)i), &s->images[i]));
-}
-
-static void stage_close(stage *s)
-{
-    nrd_vk_destroy(s->vk);
-    nrd_destroy(s->instance);
-    for (int i = 0; i < NRD_RESOURCE_COUNT; i++) gpu_image_destroy(&device, &s->images[i]);
-}
-
-/* Default settings but for those that are to be 0, where the denoiser has them; shadows get a sun. */
-static void stage_set(stage *s, const char *const zeros[3])
-{
-    nrd_denoiser denoiser = nrd_get_info(s->instance)->denoisers[0].denoiser;
-    any_settings settings;
-    nrd_settings_defaults(denoiser, &settings);
-    put_setting_by_name(denoiser, &settings, "light_x", 0.5);
-    put_setting_by_name(denoiser, &settings, "light_y", 0.7);
-    put_setting_by_name(denoiser, &settings, "light_z", -0.5);
-    put_setting_by_name(denoiser, &settings, "light_radius", 0.05);
-    for (int i = 0; i < 3 && zeros[i]; i++) put_setting_by_name(denoiser, &settings, zeros[i], 0);
-    assert_int_equal(nrd_set_settings(s->instance, IDENTIFIER, &settings), NRD_RESULT_OK);
-}
-
-static bool is_floor(uint32_t y) { return y > HEIGHT / 2; }
-
-static void fill_guides(float *z, uint32_t *normals)
-{
-    static const float up[3] = { 0, 1, 0 }, back[3] = { 0, 0, -1 };
-    for (uint32_t i = 0; i < PIXELS; i++) {
-        uint32_t x = i % WIDTH, y = i / WIDTH;
-        z[i] = is_floor(y) ? 8.0f / (float)(2 * y + 1 - HEIGHT) : 8.0f;
-        normals[i] = pack_normal_roughness(is_floor(y) ? up : back, x < WIDTH / 2 ? 0.3f : 0.8f, x / 8 % 4);
-    }
-}
-
-/* Light, hit distances, directions; for shadows half of the rays arrive, and the other half tells a penumbra. */
-static void fill_noise(nrd_resource resource, uint32_t frame, uint16_t (*texels)[4])
-{
-    for (uint32_t i = 0; i < PIXELS; i++)
-        for (uint32_t k = 0; k < 4; k++) {
-            double v = random_at(i, frame, 16u * (uint32_t)resource + k);
-            if (resource == NRD_RESOURCE_IN_MV) v = 0;
-            if (resource == NRD_RESOURCE_IN_PENUMBRA) v = v < 0.5 ? 65504 : 0.2 * v;
-            texels[i][k] = half_from_float((float)v);
-        }
-}
-
-static void stage_upload(stage *s, uint32_t frame)
-{
-    static float z[PIXELS];
-    static uint32_t normals[PIXELS];
-    static uint16_t texels[PIXELS][4];
-    fill_guides(z, normals);
-    for (int i = 0; i < NRD_RESOURCE_COUNT; i++) {
-        if (!s->images[i].view || nrd_resource_format((nrd_resource)i) != NRD_FORMAT_ANY) continue;
-        fill_noise((nrd_resource)i, frame, texels);
-        const void *from = i == NRD_RESOURCE_IN_VIEWZ ? (const void *)z : i == NRD_RESOURCE_IN_NORMAL_ROUGHNESS ? (const void *)normals : (const void *)texels;
-        assert_true(gpu_upload(&device, &s->images[i], from));
-    }
-}
-
-static void stage_run(stage *s, uint32_t index)
-{
-    nrd_vk_image list[NRD_RESOURCE_COUNT];
-    nrd_vk_frame record = { .images = list };
-    nrd_frame frame = still_frame(index);
-    stage_upload(s, index);
-    for (int i = 0; i < NRD_RESOURCE_COUNT; i++) {
-        const gpu_image *image = &s->images[i];
-        nrd_vk_image given = { (nrd_resource)i, image->image, image->view, image->format, image->width, image->height, image->layout, image->layout, 0, 0 };
-        if (image->view) list[record.image_count++] = given;
-    }
-    assert_int_equal(nrd_set_frame(s->instance, &frame), NRD_RESULT_OK);
-    VkCommandBuffer cmd = gpu_begin(&device);
-    assert_int_equal(nrd_vk_record(s->vk, cmd, &record), NRD_RESULT_OK);
-    assert_true(gpu_submit_and_wait(&device));
-}
-
-static void assert_same_outputs(const stage *a, const stage *b, const char *what)
-{
-    static uint8_t left[PIXELS * 16], right[PIXELS * 16];
-    for (int i = 0; i < NRD_RESOURCE_COUNT; i++) {
-        if (nrd_resource_format((nrd_resource)i) == NRD_FORMAT_ANY || !b->images[i].view) continue;
-        size_t bytes = (size_t)PIXELS * gpu_format_size(a->images[i].format);
-        assert_true(gpu_download(&device, &a->images[i], left) && gpu_download(&device, &b->images[i], right));
-        if (memcmp(left, right, bytes)) fail_msg("%s changes %s of %s", what, nrd_resource_name((nrd_resource)i),
-                                                 nrd_denoiser_name(nrd_get_info(b->instance)->denoisers[0].denoiser));
-    }
-}
+enum { FRAMES = 4 };
 
 /* Runs a (which needs everything) and b side by side. */
 static void compare(stage *a, stage *b, const char *what)
 {
     for (uint32_t i = 0; i < FRAMES; i++) {
-        stage_run(a, i);
-        stage_run(b, i);
-        assert_same_outputs(a, b, what);
+        stage_run(a, i, NULL);
+        stage_run(b, i, NULL);
+        stage_assert_same(a, b, what);
     }
     stage_close(a);
     stage_close(b);
-    assert_int_equal(gpu_message_count(&device), 0);
+    assert_int_equal(gpu_message_count(&stage_device), 0);
 }
 
 /* ---------------------------------------------------------------------------------------------------------------------------
@@ -188,8 +44,8 @@ static void promises_that_are_kept_change_no_bit_of_any_output(void **state)
     (void)state;
     for (int d = 0; d < NRD_DENOISER_COUNT; d++)
         for (size_t i = 0; i < sizeof promises / sizeof promises[0]; i++) {
-            stage_open(&a, (nrd_denoiser)d, 0);
-            stage_open(&b, (nrd_denoiser)d, promises[i].absent);
+            stage_open(&a, (nrd_denoiser)d, 0, NULL);
+            stage_open(&b, (nrd_denoiser)d, promises[i].absent, NULL);
             static const char *const materials[3] = { "min_material", "min_material_for_diffuse", NULL }, *const nothing[3] = { NULL, NULL, NULL };
             stage_set(&a, promises[i].without);
             stage_set(&b, promises[i].absent & NRD_ABSENT_MATERIALS ? materials : nothing);   /* ids differ, but nobody looks */
@@ -209,8 +65,8 @@ static void a_denoiser_without_one_of_its_signals_is_the_denoiser_of_the_other(v
     stage a, b;
     (void)state;
     for (size_t i = 0; i < sizeof rows / sizeof rows[0]; i++) {
-        stage_open(&a, rows[i].rest, 0);
-        stage_open(&b, rows[i].whole, rows[i].absent);
+        stage_open(&a, rows[i].rest, 0, NULL);
+        stage_open(&b, rows[i].whole, rows[i].absent, NULL);
         const nrd_info *rest = nrd_get_info(a.instance), *whole = nrd_get_info(b.instance);
         assert_int_equal(whole->permanent_bytes + whole->transient_bytes, rest->permanent_bytes + rest->transient_bytes);
         assert_int_equal(whole->pass_count, rest->pass_count);
@@ -233,7 +89,7 @@ static const nrd_left_out *find_left_out(const nrd_info *info, const char *what)
 
 static nrd *create(spy *s, nrd_denoiser denoiser, uint32_t absent)
 {
-    nrd_denoiser_desc one = { IDENTIFIER, denoiser };
+    nrd_denoiser_desc one = { STAGE_IDENTIFIER, denoiser };
     nrd *instance = NULL;
     memset(s, 0, sizeof *s);
     nrd_desc desc = spied_desc(s, &one, 1, 1920, 1080, 0);
@@ -298,7 +154,7 @@ static void no_absence_adds_a_pass_or_a_byte(void **state)
 static void both_signals_absent_and_unknown_bits_are_refused(void **state)
 {
     static const uint32_t wrong[] = { NRD_ABSENT_DIFFUSE | NRD_ABSENT_SPECULAR, NRD_ABSENT_ALL + 1 };
-    nrd_denoiser_desc one = { IDENTIFIER, NRD_DENOISER_REBLUR_DIFFUSE_SPECULAR };
+    nrd_denoiser_desc one = { STAGE_IDENTIFIER, NRD_DENOISER_REBLUR_DIFFUSE_SPECULAR };
     (void)state;
     for (int i = 0; i < 2; i++) {
         spy s = { 0 };
@@ -361,5 +217,5 @@ int main(void)
         cmocka_unit_test(every_absence_has_a_name_and_a_text),
         cmocka_unit_test(without_motion_a_new_view_needs_a_restart),
     };
-    return cmocka_run_group_tests(tests, open_device, close_device);
+    return cmocka_run_group_tests(tests, stage_open_device, stage_close_device);
 }
