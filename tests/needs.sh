@@ -1,0 +1,34 @@
+#!/bin/sh
+# needs.sh: README's table of five engines' needs says what the SDK does today: every column without times is made anew. Run from the
+# repository root after `make examples`; prints one line per row and a total, exits 1 if any row differs.
+set -u
+
+passed=0
+failed=0
+work=$(mktemp -d) || exit 1
+trap 'rm -rf "$work"' EXIT
+
+sh examples/report/needs.sh plan > "$work/rows" 2> "$work/log" || cat "$work/log"
+sed -n '/<!-- needs begin/,/<!-- needs end/p' README.md > "$work/table"
+while IFS='|' read -r need denoisers _ absent _ passes modules spirv memory _; do
+    if grep -qF "| $need | $denoisers | $absent | $passes | $modules | $spirv | $memory | " "$work/table"; then
+        passed=$((passed + 1))
+        echo "pass  $need: $passes passes, $modules modules, $spirv kB, $memory MB"
+    else
+        failed=$((failed + 1))
+        echo "FAIL  $need: README.md should have $passes passes, $modules modules, $spirv kB, $memory MB: sh examples/report/needs.sh run > rows, publish rows"
+    fi
+done < "$work/rows"
+
+# Each of the four needs less of everything than the whole.
+awk -F'|' '{ for (i = 6; i <= 9; i++) v[NR, i] = $i } END { ok = NR == 5; for (r = 1; r < NR; r++) for (i = 6; i <= 9; i++) ok = ok && v[r, i] + 0 < v[NR, i] + 0; exit !ok }' "$work/rows"
+if [ $? -eq 0 ]; then
+    passed=$((passed + 1))
+    echo "pass  every part needs less than everything"
+else
+    failed=$((failed + 1))
+    echo "FAIL  a part needs as much as everything"
+fi
+
+echo "needs: $passed passed, $failed failed"
+[ "$failed" -eq 0 ]
