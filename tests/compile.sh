@@ -44,6 +44,7 @@ compile_all() { # extension, compiler, standard
     compile "$2" "nrd_vk.$1" "-std=$3" -DVULKAN_AFTER
     compile "$2" "nrd_vk.$1" "-std=$3" -DVULKAN_BEFORE -DVK_NO_PROTOTYPES
     compile "$2" "nrd_vk.$1" "-std=$3" -DNRD_STATIC
+    compile "$2" "nrd_vk.$1" "-std=$3" -DNRD_ONLY_REFERENCE
 }
 
 compile_all c gcc c99

@@ -113,5 +113,11 @@ else
     done
 fi
 
+# Frames and pipelines of the same denoiser, promising nothing and all that a still room allows. Times are shown, not judged.
+for absent in "" motion,sky,materials,mirrors,stabilization,lighting_change; do
+    "$build/nrd-bench" --denoiser reblur_diffuse_specular --size 128x72 --frames 9 --absent "$absent" > "$work/log" 2>&1
+    report $? "absent ${absent:-nothing}: $(sed -n 's/^ *\([0-9.]*\) us  total.*/\1 us a frame/p' "$work/log"), $(sed -n 's/^ *\([0-9.]*\) ms  creation.*/\1 ms creation/p' "$work/log")"
+done
+
 echo "lean: $passed passed, $failed failed, $skipped skipped"
 [ "$failed" -eq 0 ]
