@@ -197,7 +197,7 @@ typedef enum nrd_denoiser {
 #define NRDI_IS(value) NRDI_TAKE_SECOND(NRDI_DEFINED_##value)
 #define NRDI_IS_DEFINED(name) NRDI_IS(name)
 #define NRDI_X(name, text, settings) + NRDI_IS_DEFINED(NRD_ONLY_##name)
-#if 0 NRD_DENOISERS(NRDI_X)
+#if NRD_DENOISERS(NRDI_X)
 #define NRDI_ONLY 1
 #else
 #define NRDI_ONLY 0
@@ -583,19 +583,18 @@ enum { NRDI_TRANSIENT, NRDI_PERMANENT, NRDI_PING_PONG };
 
 /* Why a pass runs, or a binding is not replaced by its stand-in; evaluated every frame. */
 enum { NRDI_ALWAYS = 0, NRDI_IF_PREPASS = 1, NRDI_IF_BLUR = 2, NRDI_IF_ANTILAG = 4, NRDI_IF_SPLIT = 8, NRDI_IF_CONFIDENCE = 16, NRDI_IF_THRESHOLD_MIX = 32,
-       NRDI_IF_SPEC_PREPASS = 64, NRDI_IF_MOTION = 128, NRDI_IF_STABILIZED = 256 };
+       NRDI_IF_SPEC_PREPASS = 64, NRDI_IF_MOTION = 4096, NRDI_IF_STABILIZED = 8192 };
 
 /* What a pass is bound to: a nrd_resource, or a texture of the denoiser: of this frame, or the previous frame's half of a ping-pong pair. */
 #define NRDI_TEXTURE(i) (64 + (i))
 #define NRDI_PREVIOUS(i) (96 + (i))
 
 typedef struct nrdi_texture_row { const char *name; nrd_format format; uint8_t divisor, kind; } nrdi_texture_row;
-/* Condition off: stand_in is bound instead; if that is the texture itself, it is bound and not looked at. */
+/* Condition off: stand_in is bound instead. */
 typedef struct nrdi_use { uint8_t what, access; uint16_t condition; uint8_t stand_in; } nrdi_use;
 typedef struct nrdi_pass_row {
     const char *name, *shader;
-    uint16_t condition;
-    uint8_t feature;             /* NRD_FEATURE_ bit without which the pass does not exist */
+    uint16_t condition, feature; /* NRD_FEATURE_ bit without which the pass does not exist */
     uint8_t span;                /* pixels of a thread, in x and in y; 0: one */
     uint8_t iteration;           /* of the spatial filter; its step doubles with each */
     nrdi_use uses[NRDI_MAX_USES]; /* up to the first with what == 0 && access == NRDI_END */
@@ -617,9 +616,10 @@ typedef struct nrdi_denoiser_row {
 #define NRDI_WRITE(t) { NRDI_TEXTURE(t), NRD_ACCESS_WRITE, 0, 0 }
 #define NRDI_READ_PREV(t) { NRDI_PREVIOUS(t), NRD_ACCESS_READ, 0, 0 }
 #define NRDI_READ_PREV_IF(t, condition) { NRDI_PREVIOUS(t), NRD_ACCESS_READ, condition, NRDI_TEXTURE(t) }
-#define NRDI_READ_IF(t, condition) { NRDI_TEXTURE(t), NRD_ACCESS_READ, condition, NRDI_TEXTURE(t) }
-#define NRDI_LINEAR_TEXTURE_IF(t, condition) { NRDI_TEXTURE(t), NRD_ACCESS_READ_LINEAR, condition, NRDI_TEXTURE(t) }
-#define NRDI_WRITE_IF(t, condition) { NRDI_TEXTURE(t), NRD_ACCESS_WRITE, condition, NRDI_TEXTURE(t) }
+/* OWN: without the condition the texture itself is bound, but not looked at. */
+#define NRDI_OWN_READ_IF(t, condition) { NRDI_TEXTURE(t), NRD_ACCESS_READ, condition, NRDI_TEXTURE(t) }
+#define NRDI_OWN_LINEAR_IF(t, condition) { NRDI_TEXTURE(t), NRD_ACCESS_READ_LINEAR, condition, NRDI_TEXTURE(t) }
+#define NRDI_OWN_WRITE_IF(t, condition) { NRDI_TEXTURE(t), NRD_ACCESS_WRITE, condition, NRDI_TEXTURE(t) }
 #define NRDI_MOTION NRDI_IN_IF(IN_MV, NRDI_IF_MOTION, IN_VIEWZ)
 #define NRDI_WRITE_PREV(t) { NRDI_PREVIOUS(t), NRD_ACCESS_WRITE, 0, 0 }
 #define NRDI_STOP { 0, NRDI_END, 0, 0 }
@@ -658,14 +658,14 @@ enum { NRDI_TAP, NRDI_STATE };
 #define NRDI_ACCUMULATION_SIGNAL(S, prepass) \
     NRDI_IN_IF(OUT_##S##_RADIANCE_HITDIST, prepass, IN_##S##_RADIANCE_HITDIST), \
     NRDI_LINEAR_IF(IN_##S##_CONFIDENCE, NRDI_IF_CONFIDENCE, IN_##S##_RADIANCE_HITDIST), NRDI_READ(NRDI_##S##_HISTORY), \
-    NRDI_READ_IF(NRDI_##S##_STABILIZED, NRDI_IF_STABILIZED), NRDI_LINEAR_TEXTURE_IF(NRDI_##S##_TILE, NRDI_IF_ANTILAG), NRDI_OUT(OUT_##S##_RADIANCE_HITDIST), \
-    NRDI_WRITE_IF(NRDI_##S##_TILE_RAW, NRDI_IF_ANTILAG)
+    NRDI_OWN_READ_IF(NRDI_##S##_STABILIZED, NRDI_IF_STABILIZED), NRDI_OWN_LINEAR_IF(NRDI_##S##_TILE, NRDI_IF_ANTILAG), NRDI_OUT(OUT_##S##_RADIANCE_HITDIST), \
+    NRDI_OWN_WRITE_IF(NRDI_##S##_TILE_RAW, NRDI_IF_ANTILAG)
 #define NRDI_BLUR_SIGNAL(S, scratch) \
-    NRDI_IN(OUT_##S##_RADIANCE_HITDIST), NRDI_LINEAR_TEXTURE_IF(NRDI_##S##_TILE, NRDI_IF_ANTILAG), NRDI_WRITE(NRDI_##S##_HISTORY), NRDI_WRITE_PREV(scratch)
+    NRDI_IN(OUT_##S##_RADIANCE_HITDIST), NRDI_OWN_LINEAR_IF(NRDI_##S##_TILE, NRDI_IF_ANTILAG), NRDI_WRITE(NRDI_##S##_HISTORY), NRDI_WRITE_PREV(scratch)
 #define NRDI_TO_OUT_SIGNAL(S, scratch) NRDI_READ_PREV(scratch), NRDI_OUT(OUT_##S##_RADIANCE_HITDIST)
 #define NRDI_FROM_OUT_SIGNAL(S, scratch) NRDI_IN(OUT_##S##_RADIANCE_HITDIST), NRDI_WRITE_PREV(scratch)
 #define NRDI_STABILIZATION_SIGNAL(S, scratch) \
-    NRDI_READ_PREV(scratch), NRDI_LINEAR_TEXTURE_IF(NRDI_##S##_TILE, NRDI_IF_ANTILAG), NRDI_WRITE_IF(NRDI_##S##_STABILIZED, NRDI_IF_STABILIZED), \
+    NRDI_READ_PREV(scratch), NRDI_OWN_LINEAR_IF(NRDI_##S##_TILE, NRDI_IF_ANTILAG), NRDI_OWN_WRITE_IF(NRDI_##S##_STABILIZED, NRDI_IF_STABILIZED), \
     NRDI_OUT(OUT_##S##_RADIANCE_HITDIST)
 
 #define NRDI_PREPASS(S, shader, text, prepass) \
@@ -800,10 +800,10 @@ static const nrdi_denoiser_row nrdi_rows[] = {
         { "SHADOW_STABILIZED", NRD_FORMAT_R8_UNORM, 1, NRDI_TRANSIENT } },
       { { "shadow accumulation", "sigma_accumulation", NRDI_ALWAYS, 0, 0, 0,
           { NRDI_MOTION, NRDI_IN(IN_NORMAL_ROUGHNESS), NRDI_IN(IN_VIEWZ), NRDI_IN(IN_PENUMBRA), NRDI_READ(NRDI_SHADOW_HISTORY), NRDI_READ_PREV(NRDI_SHADOW_TILE),
-            NRDI_WRITE(NRDI_SHADOW_MEAN), NRDI_WRITE(NRDI_SHADOW_TILE), NRDI_OUT(OUT_SHADOW), NRDI_WRITE_IF(NRDI_SHADOW_EXTRA, NRDI_IF_STABILIZED), NRDI_STOP } },
+            NRDI_WRITE(NRDI_SHADOW_MEAN), NRDI_WRITE(NRDI_SHADOW_TILE), NRDI_OUT(OUT_SHADOW), NRDI_OWN_WRITE_IF(NRDI_SHADOW_EXTRA, NRDI_IF_STABILIZED), NRDI_STOP } },
         { "shadow blur", "sigma_blur", NRDI_ALWAYS, 0, 2, 0,
           { NRDI_IN(IN_NORMAL_ROUGHNESS), NRDI_READ(NRDI_SHADOW_TILE), NRDI_READ(NRDI_SHADOW_MEAN), NRDI_WRITE(NRDI_SHADOW_HISTORY),
-            NRDI_OUT(OUT_SHADOW), NRDI_READ_IF(NRDI_SHADOW_EXTRA, NRDI_IF_STABILIZED), NRDI_STOP } },
+            NRDI_OUT(OUT_SHADOW), NRDI_OWN_READ_IF(NRDI_SHADOW_EXTRA, NRDI_IF_STABILIZED), NRDI_STOP } },
         { "split screen", "sigma_split_screen", NRDI_IF_SPLIT, NRD_FEATURE_SPLIT_SCREEN, 0, 0,
           { NRDI_IN(IN_VIEWZ), NRDI_IN(IN_PENUMBRA), NRDI_OUT(OUT_SHADOW), NRDI_STOP } } } },
 #endif
@@ -1310,8 +1310,20 @@ static bool nrdi_pass_uses(const nrdi_pass_row *pass, uint32_t texture)
     return false;
 }
 
-/* Under which condition alone the passes use a texture; NULL: they may need it always. Such a texture has but one texel where the
-   condition is ruled out: its bindings stay. */
+/* Is it bound to the pass in any frame, itself or as a stand-in? */
+static bool nrdi_pass_binds(const nrdi_pass_row *pass, uint32_t texture, uint32_t possible)
+{
+    for (uint32_t u = 0; u < nrdi_use_count(pass); u++) {
+        const nrdi_use *use = &pass->uses[u];
+        uint32_t stand_in = use->condition ? use->stand_in : use->what;
+        if (stand_in == NRDI_TEXTURE(texture) || stand_in == NRDI_PREVIOUS(texture)) return true;
+        if (nrdi_holds(use->condition, possible) && nrdi_is_use_of(use, texture)) return true;
+    }
+    return false;
+}
+
+/* The condition that all uses of a texture need, if it is ruled out; else NULL. Where such a texture is its own stand-in, one texel of it
+   stays for the binding. */
 static const nrdi_reason *nrdi_ruled_out(const nrdi_denoiser_row *row, uint32_t passes, uint32_t texture, uint32_t possible)
 {
     const nrdi_reason *why = NULL;
@@ -1369,7 +1381,7 @@ static void nrdi_add_texture(nrd *n, nrdi_state *s, uint32_t index)
     memset(&t, 0, sizeof t);
     t.first_pass = UINT32_MAX;
     for (uint32_t p = 0; p < s->pass_count; p++) {
-        if (!nrdi_pass_uses(n->live[s->pass_base + p].row, index)) continue;
+        if (!nrdi_pass_binds(n->live[s->pass_base + p].row, index, nrdi_possible(&n->desc))) continue;
         if (t.first_pass == UINT32_MAX) t.first_pass = s->pass_base + p;
         t.last_pass = s->pass_base + p;
     }
@@ -1413,7 +1425,7 @@ static uint64_t nrdi_saved_bytes(const nrd *n, const nrdi_denoiser_row *row, uin
     for (uint32_t t = 0; t < NRDI_MAX_TEXTURES; t++) {
         const nrdi_texture_row *r = &row->textures[t];
         bool needed = !nrdi_pass_uses(&row->passes[pass], t);
-        for (uint32_t p = 0; p < nrdi_pass_count(row); p++) needed |= (useful >> p & 1u) && nrdi_pass_uses(&row->passes[p], t);
+        for (uint32_t p = 0; p < nrdi_pass_count(row); p++) needed |= (useful >> p & 1u) && nrdi_pass_binds(&row->passes[p], t, nrdi_possible(&n->desc));
         bytes += needed ? 0 : nrdi_texture_bytes(&n->desc, r);
     }
     return bytes;
