@@ -16,7 +16,8 @@
    3. Every frame: fill nrd_frame (start from nrd_frame_defaults) and call nrd_set_frame.
    4. When a setting changes: nrd_set_settings with that denoiser's settings struct (start from its ..._defaults function).
    5. Every frame: nrd_get_dispatches, and execute the dispatches in order.
-   6. nrd_destroy.
+   6. When the images get another size: nrd_resize. History is kept.
+   7. nrd_destroy.
 
    CONVENTIONS
    matrices     column-major float[16], column vectors: p_clip = view_to_clip * world_to_view * p_world. Element (row r, column c) is
@@ -447,6 +448,11 @@ NRD_DECL void nrd_destroy(nrd *instance); /* NULL is fine */
 NRD_DECL nrd_result nrd_set_frame(nrd *instance, const nrd_frame *frame);
 /* settings: the struct that NRD_DENOISERS names for this denoiser. Kept until changed. */
 NRD_DECL nrd_result nrd_set_settings(nrd *instance, uint32_t identifier, const void *settings);
+/* Other image sizes, 1 to 16384 px. Settings and history are kept; textures of nrd_info change size, the order of everything stays.
+   Whoever owns the textures makes new ones, filled with zeros, and keeps those that were written last until the first dispatches after
+   this have been executed: bindings with before_resize read from them. nrd_set_frame must be called before the next dispatches.
+   REFERENCE starts anew. */
+NRD_DECL nrd_result nrd_resize(nrd *instance, uint32_t width, uint32_t height);
 /* Sends text to the instance's message callback (used by runtimes built on top). Returns result. */
 NRD_DECL nrd_result nrd_report(const nrd *instance, nrd_severity severity, nrd_result result, const char *text);
 
@@ -531,6 +537,7 @@ typedef struct nrd_binding {
     nrd_resource resource;   /* NRD_RESOURCE_INTERNAL: */
     uint32_t texture;        /* index into nrd_info.textures */
     nrd_access access;
+    bool before_resize;      /* that texture as it was before nrd_resize; only read */
 } nrd_binding;
 
 typedef struct nrd_dispatch {
@@ -546,6 +553,8 @@ typedef struct nrd_dispatch {
 /* The dispatches of the given denoisers (NULL and 0: all), to be executed in this order, each after the writes of those before it.
    Call once a frame for each denoiser: it advances their history. Valid until the next call. */
 NRD_DECL nrd_result nrd_get_dispatches(nrd *instance, const uint32_t *identifiers, uint32_t identifier_count, const nrd_dispatch **dispatches, uint32_t *count);
+/* Those of the last nrd_get_dispatches will not be executed: history is as before that call. Nothing else may be called in between. */
+NRD_DECL void nrd_cancel_dispatches(nrd *instance);
 
 #ifdef __cplusplus
 }
@@ -580,6 +589,7 @@ NRD_DECL nrd_result nrd_get_dispatches(nrd *instance, const uint32_t *identifier
    A denoiser is a row with its textures and passes; everything below interprets these rows. */
 enum { NRDI_MAX_USES = 24, NRDI_MAX_TEXTURES = 16, NRDI_MAX_PASSES = 12, NRDI_TILE_PX = 8 };
 enum { NRDI_TRANSIENT, NRDI_PERMANENT, NRDI_PING_PONG };
+enum { NRDI_MAX_SIZE = 16384 };   /* px, of either side */
 
 /* Why a pass runs, or a binding is not replaced by its stand-in; evaluated every frame. */
 enum { NRDI_ALWAYS = 0, NRDI_IF_PREPASS = 1, NRDI_IF_BLUR = 2, NRDI_IF_ANTILAG = 4, NRDI_IF_SPLIT = 8, NRDI_IF_CONFIDENCE = 16, NRDI_IF_THRESHOLD_MIX = 32,
@@ -1082,17 +1092,24 @@ typedef struct nrdi_state {         /* one denoiser of an instance */
     uint32_t last_frame_index;
     bool has_history;
     bool had_antilag;               /* in the last frame: the tiles hold its lighting changes */
+    bool reads_old;                 /* this frame is the first of another size: what it has not written yet lies in the textures of the former */
+    uint32_t period;                /* nrd.period of the last dispatches */
+    uint64_t written;               /* in this frame: bit 2 * texture of the row + half of a ping-pong pair */
     union { nrd_reference_settings reference; nrd_reblur_settings reblur; nrd_occlusion_settings occlusion; nrd_sigma_settings sigma; } settings;
     nrd_constants constants;
 } nrdi_state;
 
 typedef struct nrdi_live_pass { const nrdi_pass_row *row; uint32_t state, pipeline; } nrdi_live_pass;
 
+/* Consecutive frames of one size. */
+typedef struct nrdi_period { uint32_t number, width, height; } nrdi_period;
+
 struct nrd {
     nrd_desc desc;
     nrd_info info;
     nrd_denoiser_desc *denoisers;
     nrdi_state *states;
+    nrdi_state *states_before;      /* the last nrd_get_dispatches, for nrd_cancel_dispatches */
     nrd_texture *textures;
     nrd_pipeline *pipelines;
     nrd_pass *passes;
@@ -1107,7 +1124,17 @@ struct nrd {
     uint32_t rect_prev[2];
     float range_prev;
     bool frame_set, frame_restart, has_last;
+    uint32_t frame_size[2];         /* nrd_desc.width, height when the frame was set */
+    nrdi_period period, period_before;
 };
+
+/* Bit in nrdi_state.written. */
+static uint64_t nrdi_written_bit(const nrdi_state *s, uint32_t what)
+{
+    bool previous = what >= NRDI_PREVIOUS(0);
+    uint32_t index = what - (previous ? NRDI_PREVIOUS(0) : NRDI_TEXTURE(0));
+    return (uint64_t)1 << (2 * index + (s->parity ^ (previous ? 1u : 0u)));
+}
 
 /* ---------------------------------------------------------------------------------------------------------------------------
    Messages  >>messages */
@@ -1466,6 +1493,7 @@ static void nrdi_measure(nrd *n)
 
 static void nrdi_compile(nrd *n)
 {
+    memset(&n->info, 0, sizeof n->info);
     for (uint32_t i = 0; i < n->desc.denoiser_count; i++) {
         nrdi_state *s = &n->states[i];
         n->denoisers[i] = n->desc.denoisers[i];
@@ -1503,8 +1531,8 @@ static nrd_result nrdi_check_compiled_in(const nrd_desc *d, nrd_denoiser denoise
 static nrd_result nrdi_check_desc(const nrd_desc *d)
 {
     nrd_result r;
-    if ((r = nrdi_check_range(d, "nrd_desc", "width", d->width, 1, 16384))) return r;
-    if ((r = nrdi_check_range(d, "nrd_desc", "height", d->height, 1, 16384))) return r;
+    if ((r = nrdi_check_range(d, "nrd_desc", "width", d->width, 1, NRDI_MAX_SIZE))) return r;
+    if ((r = nrdi_check_range(d, "nrd_desc", "height", d->height, 1, NRDI_MAX_SIZE))) return r;
     if ((r = nrdi_check_range(d, "nrd_desc", "denoiser_count", d->denoiser_count, 1, 64))) return r;
     if ((r = nrdi_check_range(d, "nrd_desc", "features", d->features, 0, NRD_FEATURE_ALL))) return r;
     if ((r = nrdi_check_range(d, "nrd_desc", "absent", d->absent, 0, NRD_ABSENT_ALL))) return r;
@@ -1538,6 +1566,7 @@ static size_t nrdi_lay_out(nrd *n, char *base, size_t denoisers)
 #define NRDI_CARVE(member, type, count) n->member = (type *)nrdi_carve(base, &used, count, sizeof(type))
     NRDI_CARVE(denoisers, nrd_denoiser_desc, denoisers);
     NRDI_CARVE(states, nrdi_state, denoisers);
+    NRDI_CARVE(states_before, nrdi_state, denoisers);
     NRDI_CARVE(textures, nrd_texture, denoisers * NRDI_MAX_TEXTURES * 2);
     NRDI_CARVE(blocks, nrd_block, denoisers * NRDI_MAX_TEXTURES * 2);
     NRDI_CARVE(pipelines, nrd_pipeline, passes);
@@ -1567,6 +1596,19 @@ nrd_result nrd_create(const nrd_desc *desc, nrd **out)
     n->desc = *desc;
     nrdi_compile(n);
     *out = n;
+    return NRD_RESULT_OK;
+}
+
+nrd_result nrd_resize(nrd *n, uint32_t width, uint32_t height)
+{
+    if (!n) return NRD_RESULT_INVALID_ARGUMENT;
+    nrd_result r = nrdi_check_range(&n->desc, "nrd_resize", "width", width, 1, NRDI_MAX_SIZE);
+    if (r || (r = nrdi_check_range(&n->desc, "nrd_resize", "height", height, 1, NRDI_MAX_SIZE))) return r;
+    n->desc.width = width;
+    n->desc.height = height;
+    memcpy(n->states_before, n->states, n->info.denoiser_count * sizeof *n->states);
+    nrdi_compile(n);
+    for (uint32_t i = 0; i < n->info.denoiser_count; i++) n->states[i].settings = n->states_before[i].settings;
     return NRD_RESULT_OK;
 }
 
@@ -1680,6 +1722,8 @@ nrd_result nrd_set_frame(nrd *n, const nrd_frame *frame)
     n->rect_prev[0] = last->rect_width;
     n->rect_prev[1] = last->rect_height;
     n->range_prev = last->denoising_range;
+    n->frame_size[0] = n->desc.width;
+    n->frame_size[1] = n->desc.height;
     n->frame_set = true;
     return NRD_RESULT_OK;
 }
@@ -1927,7 +1971,7 @@ static uint32_t nrdi_bound(const nrdi_use *use, uint32_t conditions) { return nr
 static nrd_binding nrdi_resolve(const nrd *n, const nrdi_state *s, const nrdi_use *use, uint32_t conditions)
 {
     uint32_t what = nrdi_bound(use, conditions);
-    nrd_binding b = { NRD_RESOURCE_INTERNAL, 0, (nrd_access)use->access };
+    nrd_binding b = { NRD_RESOURCE_INTERNAL, 0, (nrd_access)use->access, false };
     if (what < NRD_RESOURCE_COUNT) {
         b.resource = (nrd_resource)what;
         return b;
@@ -1937,7 +1981,7 @@ static nrd_binding nrdi_resolve(const nrd *n, const nrdi_state *s, const nrdi_us
     b.texture = s->first_texture[index];
     if (s->row->textures[index].kind == NRDI_PING_PONG) b.texture += s->parity ^ (previous ? 1u : 0u);
     NRD_ASSERT(b.texture < n->info.texture_count);
-    (void)n;
+    b.before_resize = s->reads_old && n->textures[b.texture].permanent && b.access != NRD_ACCESS_WRITE && !(s->written & nrdi_written_bit(s, what));
     return b;
 }
 
@@ -1948,7 +1992,7 @@ static int32_t nrdi_step(float radius, uint32_t iteration)
     return step < 1 ? 1 : step;
 }
 
-static void nrdi_add_dispatch(nrd *n, const nrdi_state *s, uint32_t pass, uint32_t conditions, uint32_t *count)
+static void nrdi_add_dispatch(nrd *n, nrdi_state *s, uint32_t pass, uint32_t conditions, uint32_t *count)
 {
     const nrdi_live_pass *live = &n->live[pass];
     nrd_binding *bindings = n->bindings + (size_t)pass * NRDI_MAX_USES;
@@ -1961,6 +2005,8 @@ static void nrdi_add_dispatch(nrd *n, const nrdi_state *s, uint32_t pass, uint32
     d->bindings = bindings;
     d->binding_count = nrdi_use_count(live->row);
     for (uint32_t u = 0; u < d->binding_count; u++) bindings[u] = nrdi_resolve(n, s, &live->row->uses[u], conditions);
+    for (uint32_t u = 0; u < d->binding_count; u++)
+        if (bindings[u].access == NRD_ACCESS_WRITE && bindings[u].resource == NRD_RESOURCE_INTERNAL) s->written |= nrdi_written_bit(s, live->row->uses[u].what);
     d->constants = &s->constants;
     d->push[0] = nrdi_step(s->constants.max_blur_radius, live->row->iteration);
     d->push[1] = live->row->iteration;
@@ -1968,11 +2014,27 @@ static void nrdi_add_dispatch(nrd *n, const nrdi_state *s, uint32_t pass, uint32
     d->groups_y = (n->frame.rect_height + px - 1) / px;
 }
 
+/* The first dispatches of another size begin a period. Only what was written in the one before it can still be read. */
+static void nrdi_follow_size(nrd *n, nrdi_state *s)
+{
+    if (n->period.width != n->desc.width || n->period.height != n->desc.height) {
+        n->period.number++;
+        n->period.width = n->desc.width;
+        n->period.height = n->desc.height;
+    }
+    if (s->period + 1 < n->period.number) s->has_history = false;
+    s->reads_old = s->has_history && s->period != n->period.number;
+    s->period = n->period.number;
+    s->written = 0;
+}
+
 static void nrdi_add_dispatches(nrd *n, nrdi_state *s, uint32_t *count)
 {
+    nrdi_follow_size(n, s);
     if (s->has_history && !n->frame.restart && s->last_frame_index == n->frame.frame_index)
         nrdi_tell(&n->desc, NRD_SEVERITY_WARNING, NRD_RESULT_INVALID_ARGUMENT, "nrd_frame.frame_index has not advanced since this denoiser's last dispatches: history restarts");
     nrdi_fill_constants(n, s);
+    s->reads_old = s->reads_old && !s->constants.reset;
     uint32_t conditions = nrdi_conditions(n, s);
     if (n->frame.split_screen >= 1 && s->row->family != NRDI_FAMILY_REFERENCE) {  /* nothing but the input is shown: history stops */
         conditions = NRDI_IF_SPLIT;
@@ -1991,15 +2053,26 @@ static void nrdi_add_dispatches(nrd *n, nrdi_state *s, uint32_t *count)
     }
 }
 
+void nrd_cancel_dispatches(nrd *n)
+{
+    if (!n || !n->states_before[0].row) return;   /* there were none */
+    memcpy(n->states, n->states_before, n->info.denoiser_count * sizeof *n->states);
+    n->period = n->period_before;
+}
+
 nrd_result nrd_get_dispatches(nrd *n, const uint32_t *identifiers, uint32_t identifier_count, const nrd_dispatch **dispatches, uint32_t *count)
 {
     if (!n) return NRD_RESULT_INVALID_ARGUMENT;
     if (!dispatches || !count) return nrdi_invalid(&n->desc, "nrd_get_dispatches: dispatches or count is NULL");
     if (!n->frame_set) return nrdi_tell(&n->desc, NRD_SEVERITY_ERROR, NRD_RESULT_FRAME_NOT_SET, "nrd_get_dispatches: call nrd_set_frame first");
+    if (n->frame_size[0] != n->desc.width || n->frame_size[1] != n->desc.height)
+        return nrdi_tell(&n->desc, NRD_SEVERITY_ERROR, NRD_RESULT_FRAME_NOT_SET, "nrd_get_dispatches: call nrd_set_frame after nrd_resize");
     if (!identifiers && identifier_count) return nrdi_invalid(&n->desc, "nrd_get_dispatches: identifiers is NULL");
     for (uint32_t k = 0; k < identifier_count; k++)
         if (!nrdi_find_state(n, identifiers[k])) return NRD_RESULT_UNKNOWN_DENOISER;
     uint32_t used = 0;
+    memcpy(n->states_before, n->states, n->info.denoiser_count * sizeof *n->states);
+    n->period_before = n->period;
     for (uint32_t i = 0; i < n->info.denoiser_count; i++) {
         bool wanted = !identifiers;
         for (uint32_t k = 0; k < identifier_count; k++) wanted |= identifiers[k] == n->states[i].identifier;

@@ -18,7 +18,8 @@
       format nrd_vk_format(nrd_resource_format(resource)).
    4. Every frame: nrd_set_frame, then nrd_vk_record into a command buffer that is in the recording state, outside of a
       render pass, for a queue with VK_QUEUE_COMPUTE_BIT.
-   5. When the device is done with everything recorded: nrd_vk_destroy, then nrd_destroy. To resize, do both and start at 1.
+   5. When the window gets another size: nrd_vk_resize. History is kept.
+   6. When the device is done with everything recorded: nrd_vk_destroy, then nrd_destroy.
 
    FRAMES IN FLIGHT
    nrd_vk_frame.slot counts 0 .. frames_in_flight - 1: whatever was recorded last with a slot must have finished on the device
@@ -33,7 +34,7 @@
    there. User images arrive in layout_in and are left in layout_out. Images of the denoisers stay in VK_IMAGE_LAYOUT_GENERAL.
 
    MEMORY
-   Host: one block, taken in nrd_vk_create. Device: three blocks (history, scratch of one frame, constants), each one
+   Host: one block, taken in nrd_vk_create, and a small one for each resize. Device: three blocks (history, scratch of one frame, constants), each one
    vkAllocateMemory or one call of the app's allocate_memory. Scratch images with disjoint lifetimes share memory; the app may
    lend that block to others between two nrd_vk_record. Recording allocates nothing.
 
@@ -104,7 +105,8 @@ typedef struct nrd_vk_desc {
     uint32_t frames_in_flight;        /* 1 to 16; 0: 2 */
     uint32_t queue_family;            /* of the recorded command buffers; used with NRD_VK_TIMESTAMPS only */
     uint32_t flags;                   /* NRD_VK_ bits */
-    /* Both or neither; NULL: vkAllocateMemory. At most one call per kind; anything but VK_SUCCESS fails the creation. */
+    /* Both or neither; NULL: vkAllocateMemory. At most one call per kind at creation and, but for CONSTANTS, at each resize; anything
+       but VK_SUCCESS fails those. */
     VkResult (*allocate_memory)(void *user, nrd_vk_memory_kind kind, const VkMemoryRequirements *needs, nrd_vk_memory *out);
     void (*free_memory)(void *user, nrd_vk_memory_kind kind, const nrd_vk_memory *memory);
     void *memory_user;
@@ -150,9 +152,17 @@ typedef struct nrd_vk_frame {
 } nrd_vk_frame;
 
 /* Records the dispatches of the frame that nrd_set_frame has described. Calls nrd_get_dispatches, so call it once per frame and
-   denoiser. NRD_RESULT_MISSING_RESOURCE: a needed image is not in the list; the message names it. After an error about a missing
-   image or a wrong size the denoisers' history has advanced without being written: set nrd_frame.restart in the next frame. */
+   denoiser. NRD_RESULT_MISSING_RESOURCE: a needed image is not in the list; the message names it. A call that fails changes nothing: the
+   same frame can be recorded again. */
 NRD_DECL nrd_result nrd_vk_record(nrd_vk *vk, VkCommandBuffer cmd, const nrd_vk_frame *frame);
+
+/* ---------------------------------------------------------------------------------------------------------------------------
+   Another size  >>size */
+/* Gives the instance and its images other sizes, 1 to 16384 px; not nrd_resize as well. Settings and history are kept: the next frame
+   reprojects from the images of the former size. Creates images and memory (one call per kind but CONSTANTS), no pipeline; waits for
+   nothing. Frames in flight go on: the former images are destroyed by the nrd_vk_record that finds them no longer in use, by its slot, at
+   the latest by nrd_vk_destroy. Until then their memory is taken too. Call it between two frames: nrd_set_frame comes after it. */
+NRD_DECL nrd_result nrd_vk_resize(nrd_vk *vk, uint32_t width, uint32_t height);
 
 /* ---------------------------------------------------------------------------------------------------------------------------
    Timings  >>timings */
@@ -239,6 +249,17 @@ typedef struct nrdi_vk_batch {
     uint32_t image_count;                 /* of nrd_vk.barriers */
 } nrdi_vk_batch;
 
+/* The images of a former size, from nrd_vk_resize until the device is done with them. */
+typedef struct nrdi_vk_former {
+    struct nrdi_vk_former *next;
+    nrdi_vk_image *images;    /* as many as nrd_info.textures */
+    nrd_vk_memory memory[2];
+    uint64_t memory_bytes[2];
+    uint32_t width, height;
+    uint32_t slot;            /* of the recording after which the device uses them no more .. */
+    uint64_t denoisers;       /* .. and what was recorded with that slot since: a bit for each */
+} nrdi_vk_former;
+
 struct nrd_vk {
     nrd_vk_desc desc;
     VkAllocationCallbacks callbacks;
@@ -250,6 +271,7 @@ struct nrd_vk {
     PFN_vkCmdBeginDebugUtilsLabelEXT begin_label;
     PFN_vkCmdEndDebugUtilsLabelEXT end_label;
     uint32_t slots, max_bindings;
+    uint32_t width, height;  /* for which the images were made */
 
     VkSampler samplers[2]; /* nearest, linear */
     VkDescriptorPool pool;
@@ -274,7 +296,9 @@ struct nrd_vk {
 
     VkFormat known_format[NRD_RESOURCE_COUNT]; /* of the user images seen last .. */
     VkFormatFeatureFlags known_features[NRD_RESOURCE_COUNT]; /* .. and what the device can do with it */
-    bool cleared;            /* the first recording has given the permanent images their layout and contents */
+    bool cleared;            /* the first recording with these images has given the permanent ones their layout and contents */
+    nrdi_vk_former *former;  /* of all former sizes: a list */
+    nrdi_vk_former *last;    /* that of the last size before this one, where bindings with before_resize are; in the list, or NULL */
     uint64_t now;            /* dispatches recorded so far */
     uint64_t executed_at;    /* accesses at or before it are ordered before the next dispatch .. */
     uint64_t visible_at;     /* .. and writes at or before it are visible to it */
@@ -507,18 +531,33 @@ static size_t nrdi_vk_carve(nrd_vk *vk, char *base)
     return used;
 }
 
-static nrd_vk *nrdi_vk_allocate(const nrd_vk_desc *desc)
+/* Zeroed. */
+static void *nrdi_vk_allocate(const nrd_vk_desc *desc, size_t bytes)
+{
+    void *memory = desc->allocate ? desc->allocate(desc->allocate_user, bytes) : NRD_MALLOC(bytes);
+    if (memory) memset(memory, 0, bytes);
+    return memory;
+}
+
+static void nrdi_vk_release(const nrd_vk *vk, void *memory)
+{
+    if (vk->desc.release) vk->desc.release(vk->desc.allocate_user, memory);
+    else NRD_FREE(memory);
+}
+
+static nrd_vk *nrdi_vk_allocate_vk(const nrd_vk_desc *desc)
 {
     nrd_vk size;
     memset(&size, 0, sizeof size);
     size.desc = *desc;
     size.info = nrd_get_info(desc->instance);
     size.slots = desc->frames_in_flight ? desc->frames_in_flight : 2;
+    size.width = size.info->width;
+    size.height = size.info->height;
     for (uint32_t i = 0; i < size.info->pipeline_count; i++) size.max_bindings = nrdi_vk_max(size.max_bindings, size.info->pipelines[i].binding_count);
     size_t bytes = nrdi_vk_carve(&size, NULL);
-    nrd_vk *vk = (nrd_vk *)(desc->allocate ? desc->allocate(desc->allocate_user, bytes) : NRD_MALLOC(bytes));
+    nrd_vk *vk = (nrd_vk *)nrdi_vk_allocate(desc, bytes);
     if (!vk) return NULL;
-    memset(vk, 0, bytes);
     *vk = size;
     nrdi_vk_carve(vk, (char *)vk);
     if (desc->callbacks) vk->callbacks = *desc->callbacks, vk->use_callbacks = &vk->callbacks;
@@ -693,13 +732,22 @@ static nrd_result nrdi_vk_get_memory(nrd_vk *vk, nrd_vk_memory_kind kind, const 
     return NRD_RESULT_OK;
 }
 
-static void nrdi_vk_free_memory(nrd_vk *vk)
+static void nrdi_vk_free_memory(nrd_vk *vk, uint32_t kind, nrd_vk_memory *memory)
 {
-    for (uint32_t kind = 0; kind < 3; kind++) {
-        if (!vk->memory[kind].memory) continue;
-        if (vk->desc.free_memory) vk->desc.free_memory(vk->desc.memory_user, (nrd_vk_memory_kind)kind, &vk->memory[kind]);
-        else vk->fn.vkFreeMemory(vk->desc.device, vk->memory[kind].memory, vk->use_callbacks);
+    if (!memory->memory) return;
+    if (vk->desc.free_memory) vk->desc.free_memory(vk->desc.memory_user, (nrd_vk_memory_kind)kind, memory);
+    else vk->fn.vkFreeMemory(vk->desc.device, memory->memory, vk->use_callbacks);
+    memset(memory, 0, sizeof *memory);
+}
+
+static void nrdi_vk_destroy_images(nrd_vk *vk, nrdi_vk_image *images, nrd_vk_memory memory[2])
+{
+    for (uint32_t i = 0; i < vk->info->texture_count; i++) {
+        NRDI_VK_DESTROY(vk, vkDestroyImageView, images[i].view);
+        NRDI_VK_DESTROY(vk, vkDestroyImage, images[i].image);
     }
+    memset(images, 0, vk->info->texture_count * sizeof *images);
+    for (uint32_t kind = NRD_VK_MEMORY_PERMANENT; kind <= NRD_VK_MEMORY_TRANSIENT; kind++) nrdi_vk_free_memory(vk, kind, &memory[kind]);
 }
 
 static nrd_result nrdi_vk_create_image(nrd_vk *vk, const nrd_texture *texture, nrdi_vk_image *out)
@@ -930,12 +978,22 @@ nrd_result nrd_vk_create(const nrd_vk_desc *desc, nrd_vk **out)
     nrd_result result = nrdi_vk_check_desc(desc);
     if (result != NRD_RESULT_OK) return result;
     if (!out) return nrdi_vk_fail(desc->instance, NRD_RESULT_INVALID_ARGUMENT, "nrd_vk_create: out is NULL");
-    nrd_vk *vk = nrdi_vk_allocate(desc);
+    nrd_vk *vk = nrdi_vk_allocate_vk(desc);
     if (!vk) return nrdi_vk_fail(desc->instance, NRD_RESULT_OUT_OF_MEMORY, "nrd_vk_create: the allocator returned NULL");
     result = nrdi_vk_fill(vk);
     if (result == NRD_RESULT_OK) *out = vk;
     else nrd_vk_destroy(vk);
     return result;
+}
+
+/* *at is an element of the list. */
+static void nrdi_vk_destroy_former(nrd_vk *vk, nrdi_vk_former **at)
+{
+    nrdi_vk_former *former = *at;
+    *at = former->next;
+    if (vk->last == former) vk->last = NULL;
+    nrdi_vk_destroy_images(vk, former->images, former->memory);
+    nrdi_vk_release(vk, former);
 }
 
 void nrd_vk_destroy(nrd_vk *vk)
@@ -944,22 +1002,129 @@ void nrd_vk_destroy(nrd_vk *vk)
     NRDI_VK_DESTROY(vk, vkDestroyQueryPool, vk->queries);
     NRDI_VK_DESTROY(vk, vkDestroyDescriptorPool, vk->pool);
     NRDI_VK_DESTROY(vk, vkDestroyBuffer, vk->constants);
-    for (uint32_t i = 0; i < vk->info->texture_count; i++) {
-        NRDI_VK_DESTROY(vk, vkDestroyImageView, vk->images[NRD_RESOURCE_COUNT + i].view);
-        NRDI_VK_DESTROY(vk, vkDestroyImage, vk->images[NRD_RESOURCE_COUNT + i].image);
-    }
-    nrdi_vk_free_memory(vk);
+    nrdi_vk_destroy_images(vk, vk->images + NRD_RESOURCE_COUNT, vk->memory);
+    while (vk->former) nrdi_vk_destroy_former(vk, &vk->former);
+    nrdi_vk_free_memory(vk, NRD_VK_MEMORY_CONSTANTS, &vk->memory[NRD_VK_MEMORY_CONSTANTS]);
     for (uint32_t i = 0; i < vk->info->pipeline_count; i++) {
         NRDI_VK_DESTROY(vk, vkDestroyPipeline, vk->pipelines[i].pipeline);
         NRDI_VK_DESTROY(vk, vkDestroyPipelineLayout, vk->pipelines[i].layout);
         NRDI_VK_DESTROY(vk, vkDestroyDescriptorSetLayout, vk->pipelines[i].set_layout);
     }
     for (uint32_t i = 0; i < 2; i++) NRDI_VK_DESTROY(vk, vkDestroySampler, vk->samplers[i]);
-    if (vk->desc.release) vk->desc.release(vk->desc.allocate_user, vk);
-    else NRD_FREE(vk);
+    nrdi_vk_release(vk, vk);
 }
 
 uint64_t nrd_vk_memory_bytes(const nrd_vk *vk, nrd_vk_memory_kind kind) { return vk && (uint32_t)kind < 3 ? vk->memory_bytes[kind] : 0; }
+
+/* ---------------------------------------------------------------------------------------------------------------------------
+   Another size  >>resize */
+static nrdi_vk_former *nrdi_vk_allocate_former(const nrd_vk *vk)
+{
+    size_t used = 0, bytes;
+    nrdi_vk_take(NULL, &used, 1, sizeof(nrdi_vk_former));
+    nrdi_vk_take(NULL, &used, vk->info->texture_count, sizeof(nrdi_vk_image));
+    bytes = used;
+    char *base = (char *)nrdi_vk_allocate(&vk->desc, bytes);
+    if (!base) return NULL;
+    used = 0;
+    nrdi_vk_former *former = (nrdi_vk_former *)nrdi_vk_take(base, &used, 1, sizeof *former);
+    former->images = (nrdi_vk_image *)nrdi_vk_take(base, &used, vk->info->texture_count, sizeof(nrdi_vk_image));
+    return former;
+}
+
+/* The images go to the former; and back. */
+static void nrdi_vk_put_aside(nrd_vk *vk, nrdi_vk_former *former)
+{
+    nrdi_vk_image *images = vk->images + NRD_RESOURCE_COUNT;
+    memcpy(former->images, images, vk->info->texture_count * sizeof *images);
+    memcpy(former->memory, vk->memory, sizeof former->memory);
+    memcpy(former->memory_bytes, vk->memory_bytes, sizeof former->memory_bytes);
+    former->width = vk->width;
+    former->height = vk->height;
+    memset(images, 0, vk->info->texture_count * sizeof *images);
+    memset(vk->memory, 0, sizeof former->memory);
+    memset(vk->memory_bytes, 0, sizeof former->memory_bytes);
+}
+
+static void nrdi_vk_take_back(nrd_vk *vk, const nrdi_vk_former *former)
+{
+    memcpy(vk->images + NRD_RESOURCE_COUNT, former->images, vk->info->texture_count * sizeof *vk->images);
+    memcpy(vk->memory, former->memory, sizeof former->memory);
+    memcpy(vk->memory_bytes, former->memory_bytes, sizeof former->memory_bytes);
+    vk->width = former->width;
+    vk->height = former->height;
+}
+
+/* Images of another size, but those before that were never recorded: these come back. */
+static nrd_result nrdi_vk_return_to_last(nrd_vk *vk)
+{
+    nrdi_vk_former *last = vk->last, **at = &vk->former;
+    nrdi_vk_destroy_images(vk, vk->images + NRD_RESOURCE_COUNT, vk->memory);
+    nrdi_vk_take_back(vk, last);
+    while (*at != last) at = &(*at)->next;
+    *at = last->next;
+    nrdi_vk_release(vk, last);
+    vk->last = NULL;
+    vk->cleared = true;
+    return nrd_resize(vk->desc.instance, vk->width, vk->height);
+}
+
+static nrd_result nrdi_vk_make_images(nrd_vk *vk, uint32_t width, uint32_t height)
+{
+    nrd_result result = nrd_resize(vk->desc.instance, width, height);
+    if (result == NRD_RESULT_OK) result = nrdi_vk_check_physical(&vk->physical);
+    if (result == NRD_RESULT_OK) result = nrdi_vk_create_images(vk);
+    return result;
+}
+
+nrd_result nrd_vk_resize(nrd_vk *vk, uint32_t width, uint32_t height)
+{
+    if (!vk) return NRD_RESULT_INVALID_ARGUMENT;
+    if (width == vk->width && height == vk->height) return NRD_RESULT_OK;
+    memset(vk->bound, 0, (size_t)vk->slots * vk->info->pass_count * vk->max_bindings * sizeof *vk->bound); /* handles may come again */
+    if (!vk->cleared && vk->last && vk->last->width == width && vk->last->height == height) return nrdi_vk_return_to_last(vk);
+    nrdi_vk_former *former = nrdi_vk_allocate_former(vk);
+    if (!former) return nrdi_vk_fail(vk->desc.instance, NRD_RESULT_OUT_OF_MEMORY, "nrd_vk_resize: the allocator returned NULL");
+    nrdi_vk_put_aside(vk, former);
+    nrd_result result = nrdi_vk_make_images(vk, width, height);
+    if (result != NRD_RESULT_OK) {
+        nrdi_vk_destroy_images(vk, vk->images + NRD_RESOURCE_COUNT, vk->memory);
+        nrdi_vk_take_back(vk, former);
+        nrdi_vk_release(vk, former);
+        nrd_resize(vk->desc.instance, vk->width, vk->height);
+        return result;
+    }
+    vk->width = width;
+    vk->height = height;
+    former->next = vk->former;
+    vk->former = former;
+    if (vk->cleared) vk->last = former;
+    else nrdi_vk_destroy_former(vk, &vk->former); /* nothing was ever recorded with these */
+    vk->cleared = false;
+    return NRD_RESULT_OK;
+}
+
+/* Before recording with a slot. What was recorded with it last has finished if one of the denoisers comes again. */
+static void nrdi_vk_destroy_unused(nrd_vk *vk, uint32_t slot, const nrd_dispatch *dispatches, uint32_t count)
+{
+    uint64_t denoisers = 0;
+    bool reads_last = !vk->cleared; /* the first recording after a resize is the first that needs them no longer */
+    for (uint32_t i = 0; i < count; i++) {
+        denoisers |= (uint64_t)1 << vk->info->passes[dispatches[i].pass].denoiser;
+        for (uint32_t j = 0; j < dispatches[i].binding_count; j++) reads_last |= dispatches[i].bindings[j].before_resize;
+    }
+    for (nrdi_vk_former **at = &vk->former; *at;) {
+        nrdi_vk_former *former = *at;
+        if (former == vk->last && reads_last) {
+            former->slot = slot;
+            former->denoisers = denoisers;
+        } else if (former->slot == slot && (former->denoisers & denoisers)) {
+            nrdi_vk_destroy_former(vk, at);
+            continue;
+        } else if (former->slot == slot) former->denoisers |= denoisers;
+        at = &former->next;
+    }
+}
 
 /* ---------------------------------------------------------------------------------------------------------------------------
    User images  >>user */
@@ -1067,6 +1232,7 @@ static nrd_result nrdi_vk_take_images(nrd_vk *vk, const nrd_vk_frame *frame)
 
 static nrdi_vk_image *nrdi_vk_image_of(nrd_vk *vk, const nrd_binding *binding)
 {
+    if (binding->before_resize && vk->last) return &vk->last->images[binding->texture];
     return &vk->images[binding->resource == NRD_RESOURCE_INTERNAL ? NRD_RESOURCE_COUNT + binding->texture : (uint32_t)binding->resource];
 }
 
@@ -1332,10 +1498,17 @@ nrd_result nrd_vk_record(nrd_vk *vk, VkCommandBuffer cmd, const nrd_vk_frame *fr
     if (!cmd || !frame) return nrdi_vk_fail(vk->desc.instance, NRD_RESULT_INVALID_ARGUMENT, "nrd_vk_record: cmd or frame is NULL");
     if (frame->slot >= vk->slots)
         return nrdi_vk_fail_value(vk->desc.instance, NRD_RESULT_INVALID_ARGUMENT, "nrd_vk_frame.slot", frame->slot, ", allowed is 0 to ", vk->slots - 1);
+    if (vk->width != vk->info->width || vk->height != vk->info->height)
+        return nrdi_vk_fail(vk->desc.instance, NRD_RESULT_INVALID_ARGUMENT, "nrd_vk_record: nrd_resize has changed the size; call nrd_vk_resize instead");
     nrd_result result = nrdi_vk_take_images(vk, frame);
     if (result == NRD_RESULT_OK) result = nrd_get_dispatches(vk->desc.instance, frame->identifiers, frame->identifier_count, &dispatches, &count);
-    if (result == NRD_RESULT_OK) result = nrdi_vk_check_bindings(vk, dispatches, count);
     if (result != NRD_RESULT_OK) return result;
+    result = nrdi_vk_check_bindings(vk, dispatches, count);
+    if (result != NRD_RESULT_OK) {
+        nrd_cancel_dispatches(vk->desc.instance);
+        return result;
+    }
+    nrdi_vk_destroy_unused(vk, frame->slot, dispatches, count);
     nrdi_vk_begin(vk, cmd, frame);
     nrdi_vk_run(vk, cmd, frame->slot, dispatches, count);
     nrdi_vk_end(vk, cmd, frame);

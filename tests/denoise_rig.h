@@ -76,7 +76,7 @@ static inline VkFormat rig_format(nrd_resource resource)
     case NRD_RESOURCE_IN_NORMAL_ROUGHNESS: return VK_FORMAT_A2B10G10R10_UNORM_PACK32;
     case NRD_RESOURCE_IN_DIFF_CONFIDENCE: case NRD_RESOURCE_IN_SPEC_CONFIDENCE: case NRD_RESOURCE_IN_DISOCCLUSION_THRESHOLD_MIX:
     case NRD_RESOURCE_IN_VIEWZ: return VK_FORMAT_R32_SFLOAT;
-    case RIG_RADIANCE: case NRD_RESOURCE_IN_DIFF_DIRECTION_HITDIST: return VK_FORMAT_R16G16B16A16_SFLOAT;
+    case NRD_RESOURCE_IN_DIFF_RADIANCE_HITDIST: case NRD_RESOURCE_IN_SPEC_RADIANCE_HITDIST: case NRD_RESOURCE_IN_DIFF_DIRECTION_HITDIST: return VK_FORMAT_R16G16B16A16_SFLOAT;
     case NRD_RESOURCE_IN_DIFF_HITDIST: case NRD_RESOURCE_IN_SPEC_HITDIST: case NRD_RESOURCE_IN_PENUMBRA: return VK_FORMAT_R16_SFLOAT;
     case NRD_RESOURCE_IN_TRANSLUCENCY: return VK_FORMAT_R8G8B8A8_UNORM;
     case NRD_RESOURCE_IN_SIGNAL: return VK_FORMAT_R32G32B32A32_SFLOAT;
@@ -103,6 +103,25 @@ static inline void rig_create_images(rig *r)
     }
 }
 
+static inline void rig_create_arrays(rig *r)
+{
+    r->hits = (hit *)rig_array(r, sizeof *r->hits);
+    r->mv = (float *)rig_array(r, 16);
+    r->view_z = (float *)rig_array(r, 4);
+    r->normal = (uint32_t *)rig_array(r, 4);
+    r->noisy = (uint16_t *)rig_array(r, 8);
+    r->out = (uint16_t *)rig_array(r, 8);
+    r->signal = (float *)rig_array(r, 16);
+    r->mean = (float *)rig_array(r, 16);
+}
+
+/* The app's images and the arrays. */
+static inline void rig_destroy_images(rig *r)
+{
+    for (int i = 0; i < NRD_RESOURCE_COUNT; i++) gpu_image_destroy(r->device, &r->images[i]);
+    free(r->hits); free(r->mv); free(r->view_z); free(r->normal); free(r->noisy); free(r->out); free(r->signal); free(r->mean);
+}
+
 static inline void rig_open_with(rig *r, gpu *device, nrd_denoiser denoiser, uint32_t width, uint32_t height, scene *what, uint32_t features)
 {
     memset(r, 0, sizeof *r);
@@ -119,14 +138,7 @@ static inline void rig_open_with(rig *r, gpu *device, nrd_denoiser denoiser, uin
     r->frame.denoising_range = RIG_RANGE;
     r->settings = nrd_reblur_defaults();
     r->camera = r->camera_prev = pose_at(0, 0, 0);
-    r->hits = (hit *)rig_array(r, sizeof *r->hits);
-    r->mv = (float *)rig_array(r, 16);
-    r->view_z = (float *)rig_array(r, 4);
-    r->normal = (uint32_t *)rig_array(r, 4);
-    r->noisy = (uint16_t *)rig_array(r, 8);
-    r->out = (uint16_t *)rig_array(r, 8);
-    r->signal = (float *)rig_array(r, 16);
-    r->mean = (float *)rig_array(r, 16);
+    rig_create_arrays(r);
 }
 
 static inline void rig_open(rig *r, gpu *device, nrd_denoiser denoiser, uint32_t width, uint32_t height, scene *what)
@@ -138,8 +150,18 @@ static inline void rig_close(rig *r)
 {
     nrd_vk_destroy(r->vk);
     nrd_destroy(r->instance);
-    for (int i = 0; i < NRD_RESOURCE_COUNT; i++) gpu_image_destroy(r->device, &r->images[i]);
-    free(r->hits); free(r->mv); free(r->view_z); free(r->normal); free(r->noisy); free(r->out); free(r->signal); free(r->mean);
+    rig_destroy_images(r);
+}
+
+/* Other sizes of everything; history is kept. */
+static inline void rig_resize(rig *r, uint32_t width, uint32_t height)
+{
+    assert_int_equal(nrd_vk_resize(r->vk, width, height), NRD_RESULT_OK);
+    rig_destroy_images(r);
+    r->width = r->rect_width = width;
+    r->height = r->rect_height = height;
+    rig_create_images(r);
+    rig_create_arrays(r);
 }
 
 static inline void rig_put_motion(rig *r, const hit *h, double u, double v, float *mv)

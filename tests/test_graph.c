@@ -171,7 +171,7 @@ typedef struct half_use { bool used, read_first; uint32_t writes; } half_use;
 static half_use uses_of(const run *r, uint32_t texture)
 {
     half_use use = { false, false, 0 };
-    nrd_binding wanted = { NRD_RESOURCE_INTERNAL, texture, NRD_ACCESS_READ };
+    nrd_binding wanted = { NRD_RESOURCE_INTERNAL, texture, NRD_ACCESS_READ, false };
     for (uint32_t d = 0; d < r->count; d++)
         for (uint32_t b = 0; b < r->dispatches[d].binding_count; b++) {
             const nrd_binding *binding = &r->dispatches[d].bindings[b];

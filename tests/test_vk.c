@@ -541,6 +541,193 @@ static void the_denoiser_can_be_created_again_at_other_sizes(void **state)
     assert_no_messages(before);
 }
 
+/* ---------------------------------------------------------------------------------------------------------------------------
+   Other sizes while frames are in flight  >>resize */
+/* Images of a size, made before anything is recorded, so that nothing waits between two frames of different sizes. */
+static void prepare_size(rig *r, uint32_t width, uint32_t height, gpu_image *images)
+{
+    rig other = *r;
+    other.width = width;
+    other.height = height;
+    memset(other.images, 0, sizeof other.images);
+    create_images(&other);
+    memcpy(images, other.images, sizeof other.images);
+}
+
+static void change_size(rig *r, const gpu_image *images)
+{
+    uint32_t i = 0;
+    while (!images[i].view) i++;
+    assert_int_equal(nrd_vk_resize(r->vk, images[i].width, images[i].height), NRD_RESULT_OK);
+    memcpy(r->images, images, sizeof r->images);
+    r->width = images[i].width;
+    r->height = images[i].height;
+}
+
+enum { SIZES = 4 };
+static const uint32_t some_sizes[SIZES][2] = { { 72, 40 }, { 96, 56 }, { 17, 9 }, { 33, 65 } };
+
+/* Leaves the rig without images of its own. */
+static void close_sizes(rig *r, gpu_image images[SIZES][NRD_RESOURCE_COUNT])
+{
+    device.fn.vkDeviceWaitIdle(device.device);
+    for (int i = 0; i < SIZES; i++)
+        for (int k = 0; k < NRD_RESOURCE_COUNT; k++) gpu_image_destroy(&device, &images[i][k]);
+    memset(r->images, 0, sizeof r->images);
+    close_rig(r);
+}
+
+static void open_sizes(rig *r, nrd_denoiser denoiser, gpu_image images[SIZES][NRD_RESOURCE_COUNT])
+{
+    open_rig(r, &denoiser, 1, some_sizes[0][0], some_sizes[0][1], 0);
+    memcpy(images[0], r->images, sizeof r->images);
+    for (int i = 1; i < SIZES; i++) prepare_size(r, some_sizes[i][0], some_sizes[i][1], images[i]);
+}
+
+static void every_denoiser_changes_size_with_frames_in_flight_and_frees_the_former_images(void **state)
+{
+    static gpu_image images[SIZES][NRD_RESOURCE_COUNT];
+    (void)state;
+    uint32_t before = gpu_message_count(&device);
+    reset_spy();
+    for (int i = 0; i < NRD_DENOISER_COUNT; i++) {
+        rig r;
+        open_sizes(&r, (nrd_denoiser)i, images);
+        int32_t live = spy.live;
+        for (int size = 0; size <= SIZES; size++) {
+            if (size) change_size(&r, images[size % SIZES]);
+            assert_true(size == 0 || spy.live > live);
+            for (int frame = 0; frame < 3; frame++) run_frame(&r, frame == 2);
+            assert_int_equal(spy.live, live);
+        }
+        close_sizes(&r, images);
+    }
+    assert_int_equal(spy.live, 0);
+    assert_no_messages(before);
+}
+
+/* As while a window is dragged. */
+static void a_resize_in_every_frame_keeps_no_more_than_the_frames_in_flight_need(void **state)
+{
+    static gpu_image images[SIZES][NRD_RESOURCE_COUNT];
+    rig r;
+    (void)state;
+    uint32_t before = gpu_message_count(&device);
+    reset_spy();
+    open_sizes(&r, NRD_DENOISER_REBLUR_DIFFUSE, images);
+    int32_t without_images = spy.live - 2 * (int32_t)nrd_get_info(r.instance)->texture_count - 2, each = spy.live - without_images;
+    for (int frame = 0; frame < 12; frame++) {
+        run_frame(&r, true);
+        change_size(&r, images[(frame + 2) % SIZES]);
+        change_size(&r, images[(frame + 1) % SIZES]);
+        assert_true(spy.live <= without_images + 4 * each);   /* this size, the last, two in flight */
+    }
+    close_sizes(&r, images);
+    assert_int_equal(spy.live, 0);
+    assert_no_messages(before);
+}
+
+static void denoisers_recorded_one_by_one_in_one_slot_all_read_the_former_images(void **state)
+{
+    static const nrd_denoiser both[] = { NRD_DENOISER_REBLUR_DIFFUSE, NRD_DENOISER_SIGMA_SHADOW };
+    static const uint32_t identifiers[] = { 0, 1 };
+    static gpu_image large[NRD_RESOURCE_COUNT];
+    rig r;
+    (void)state;
+    uint32_t before = gpu_message_count(&device);
+    reset_spy();
+    open_rig(&r, both, 2, 40, 24, 0);
+    prepare_size(&r, 56, 40, large);
+    int32_t live = spy.live;
+    gpu_image small[NRD_RESOURCE_COUNT];
+    memcpy(small, r.images, sizeof small);
+    for (; r.frame < 8; r.frame++) {
+        if (r.frame == 4) change_size(&r, large);
+        set_frame(&r);
+        begin_slot(&r, r.frame % 2);
+        for (int i = 0; i < 2; i++) record_denoisers(&r, &identifiers[i], 1);
+        submit_slot(&r, r.frame % 2);
+        assert_true(r.frame < 4 || r.frame > 5 || spy.live > live);
+    }
+    assert_int_equal(spy.live, live);
+    device.fn.vkDeviceWaitIdle(device.device);
+    for (int i = 0; i < NRD_RESOURCE_COUNT; i++) gpu_image_destroy(&device, &small[i]);
+    close_rig(&r);
+    assert_int_equal(spy.live, 0);
+    assert_no_messages(before);
+}
+
+static void *undisturbed_output(nrd_denoiser denoiser, uint32_t frames, size_t *bytes)
+{
+    rig r;
+    open_rig(&r, &denoiser, 1, 40, 24, 0);
+    run_frames(&r, frames);
+    void *texels = read_output(&r, output_of(&r), bytes);
+    close_rig(&r);
+    return texels;
+}
+
+static void assert_undisturbed(rig *r, nrd_denoiser denoiser)
+{
+    size_t bytes;
+    void *expected = undisturbed_output(denoiser, r->frame, &bytes), *got = read_output(r, output_of(r), &bytes);
+    assert_memory_equal(expected, got, bytes);
+    free(expected);
+    free(got);
+}
+
+static void a_resize_that_fails_or_is_taken_back_changes_nothing(void **state)
+{
+    nrd_result result = NRD_RESULT_DEVICE_ERROR;
+    uint32_t calls = 0;
+    rig r;
+    (void)state;
+    uint32_t before = gpu_message_count(&device);
+    nrd_denoiser denoiser = NRD_DENOISER_REBLUR_DIFFUSE;
+    open_rig(&r, &denoiser, 1, 40, 24, 0);
+    run_frames(&r, 3);
+    assert_int_equal(nrd_vk_resize(r.vk, 0, 24), NRD_RESULT_INVALID_ARGUMENT);
+    assert_non_null(strstr(r.last_text, "nrd_resize.width is 0, allowed: 1 to 16384"));
+    assert_int_equal(nrd_vk_resize(NULL, 40, 24), NRD_RESULT_INVALID_ARGUMENT);
+    for (; result != NRD_RESULT_OK; calls++) {
+        reset_spy();
+        spy.fail_at = calls;
+        result = nrd_vk_resize(r.vk, 100, 50);
+        if (result == NRD_RESULT_OK) break;
+        assert_int_equal(result, NRD_RESULT_DEVICE_ERROR);
+        assert_int_equal(spy.live, 0);
+        assert_int_equal(nrd_get_info(r.instance)->width, 40);
+    }
+    spy.fail_at = UINT32_MAX;
+    assert_true(calls > 10);
+    assert_int_equal(nrd_vk_resize(r.vk, 7, 9), NRD_RESULT_OK);
+    assert_int_equal(nrd_vk_resize(r.vk, 40, 24), NRD_RESULT_OK);
+    assert_int_equal(spy.live, 0);
+    run_frames(&r, 3);
+    assert_undisturbed(&r, denoiser);
+    close_rig(&r);
+    assert_no_messages(before);
+}
+
+static void the_core_alone_must_not_be_resized_under_a_runtime(void **state)
+{
+    nrd_vk_image list[NRD_RESOURCE_COUNT];
+    nrd_denoiser denoiser = NRD_DENOISER_REBLUR_DIFFUSE;
+    nrd_vk_frame frame = { .images = list };
+    rig r;
+    (void)state;
+    open_rig(&r, &denoiser, 1, 40, 24, 0);
+    assert_int_equal(nrd_resize(r.instance, 48, 24), NRD_RESULT_OK);
+    set_frame(&r);
+    frame.image_count = list_images(&r, list, true);
+    assert_int_equal(nrd_vk_record(r.vk, r.cmds[0], &frame), NRD_RESULT_INVALID_ARGUMENT);
+    assert_non_null(strstr(r.last_text, "nrd_vk_resize"));
+    assert_int_equal(nrd_resize(r.instance, 40, 24), NRD_RESULT_OK);
+    run_frames(&r, 2);
+    assert_undisturbed(&r, denoiser);
+    close_rig(&r);
+}
+
 static void *run_poisoned(bool poison, size_t *bytes)
 {
     nrd_denoiser denoiser = NRD_DENOISER_REBLUR_DIFFUSE;
@@ -743,6 +930,13 @@ static void every_failing_callback_of_the_app_is_reported_and_leaks_nothing(void
     create_commands(&r);
     run_frames(&r, 4);
     assert_int_equal(b.calls, 4);
+    for (b.fail_at = 4; (result = nrd_vk_resize(r.vk, 64, 48)) != NRD_RESULT_OK; b.fail_at++) {
+        assert_int_equal(result, b.fail_at == 4 ? NRD_RESULT_OUT_OF_MEMORY : NRD_RESULT_DEVICE_ERROR);
+        assert_int_equal(b.live, 4);
+        b.calls = 4;
+    }
+    assert_int_equal(b.calls, 7);
+    assert_int_equal(b.live, 7);
     close_rig(&r);
     assert_int_equal(b.live, 0);
     assert_no_messages(before);
@@ -943,6 +1137,24 @@ static void a_missing_or_mismatched_image_is_named_and_nothing_is_recorded(void 
     assert_no_messages(before);
 }
 
+static void a_frame_that_was_refused_can_be_recorded_again(void **state)
+{
+    nrd_denoiser denoiser = NRD_DENOISER_REBLUR_DIFFUSE;
+    attempt a;
+    rig r;
+    (void)state;
+    open_rig(&r, &denoiser, 1, 40, 24, 0);
+    run_frames(&r, 3);
+    prepare(&r, &a);
+    r.frame--;
+    find(&a, NRD_RESOURCE_IN_MV)->width = 7;
+    set_frame(&r);
+    refuse(&r, &a, NRD_RESULT_INVALID_ARGUMENT, "IN_MV: width is 7");
+    run_frames(&r, 3);
+    assert_undisturbed(&r, denoiser);
+    close_rig(&r);
+}
+
 /* ---------------------------------------------------------------------------------------------------------------------------
    Timings  >>timings */
 static double seconds(void)
@@ -992,6 +1204,11 @@ int main(void)
         cmocka_unit_test(denoisers_of_one_instance_can_be_recorded_together_or_one_by_one),
         cmocka_unit_test(two_instances_on_one_device_do_not_disturb_each_other_and_repeat_bit_by_bit),
         cmocka_unit_test(the_denoiser_can_be_created_again_at_other_sizes),
+        cmocka_unit_test(every_denoiser_changes_size_with_frames_in_flight_and_frees_the_former_images),
+        cmocka_unit_test(a_resize_in_every_frame_keeps_no_more_than_the_frames_in_flight_need),
+        cmocka_unit_test(denoisers_recorded_one_by_one_in_one_slot_all_read_the_former_images),
+        cmocka_unit_test(a_resize_that_fails_or_is_taken_back_changes_nothing),
+        cmocka_unit_test(the_core_alone_must_not_be_resized_under_a_runtime),
         cmocka_unit_test(nan_outside_the_rectangle_and_in_the_sky_has_no_effect),
         cmocka_unit_test(barriers_are_where_accesses_conflict_and_nowhere_else),
         cmocka_unit_test(recording_creates_and_allocates_nothing),
@@ -1002,6 +1219,7 @@ int main(void)
         cmocka_unit_test(a_device_without_storage_formats_or_vulkan_1_1_is_refused),
         cmocka_unit_test(a_wrong_creation_desc_is_refused_by_field),
         cmocka_unit_test(a_missing_or_mismatched_image_is_named_and_nothing_is_recorded),
+        cmocka_unit_test(a_frame_that_was_refused_can_be_recorded_again),
         cmocka_unit_test(timings_name_every_pass_and_add_up_to_less_than_the_time_on_the_clock),
     };
     return cmocka_run_group_tests(tests, open_device, close_device);

@@ -31,6 +31,8 @@ bool is_ruled_out(uint flag) { return is_absent(NRD_ABSENT_LIGHTING_CHANGE) && (
 bool has_flag(uint flag) { return !is_ruled_out(flag) && ((g.flags | opaque_zero()) & flag) != 0u; }
 bool is_filtering() { return !is_absent(NRD_ABSENT_BLUR) && push.step_size > int(opaque_zero()); }
 
+bool is_same_rect() { return ((g.rect_width ^ g.rect_width_prev) | (g.rect_height ^ g.rect_height_prev) | opaque_zero()) == 0u; }
+
 ivec2 rect_size() { return ivec2(g.rect_width, g.rect_height); }
 ivec2 rect_origin() { return ivec2(g.rect_origin_x, g.rect_origin_y); }
 bool in_rect(ivec2 p) { return all(greaterThanEqual(p, ivec2(0))) && all(lessThan(p, rect_size())); }

@@ -65,7 +65,7 @@ void main()
         imageStore(out_tile, tile, vec4(0.0, 1.0, 0.0, 0.0));
         return;
     }
-    float before = has_flag(NRD_FLAG_TILE_HISTORY) ? texelFetch(prev_tile, tile, 0).z : 0.0;
+    float before = has_flag(NRD_FLAG_TILE_HISTORY) && is_same_rect() ? texelFetch(prev_tile, tile, 0).z : 0.0;
     float luma = sum.y / sum.z, now = sum.x / sum.z, error = sqrt(sum.w) / sum.z;
     float smoothed = mix(before, now, MEMORY), smooth_error = error * sqrt(MEMORY / (2.0 - MEMORY));
     float sudden = certainty(now, error * mix(SUDDEN, EXPECTED, survey(tiles)), luma), slow = certainty(smoothed, smooth_error, luma);

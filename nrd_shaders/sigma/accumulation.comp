@@ -338,7 +338,7 @@ void accumulate(ivec2 pixel, float signed_z, float closeness)
 /* kinds: of all rays in reach of the tile. */
 void store_tile(uint kinds, bool active_tile, uint before)
 {
-    bool whole = !is_reset() && ((g.rect_width ^ g.rect_width_prev) | (g.rect_height ^ g.rect_height_prev) | opaque_zero()) == 0u;
+    bool whole = !is_reset() && is_same_rect();
     uint now = (active_tile ? TILE_ACTIVE : 0u) | ((kinds & 255u * KIND_LIT) != 0u ? TILE_LIT : 0u);
     if (!whole || ((before ^ now) & (TILE_ACTIVE | TILE_LIT)) != 0u) now |= TILE_STALE;
     imageStore(out_tile, ivec2(gl_WorkGroupID.xy), vec4(float(now) / 255.0));
