@@ -63,6 +63,7 @@ extern "C" {
 #endif
 
 #define NRD_RELEASE "0.1.0"
+#define NRD_RELEASE_NUMBER 100u /* 10000 * major + 100 * minor + patch */
 
 /* ---------------------------------------------------------------------------------------------------------------------------
    What C and GLSL share: `make shared` cuts this block into nrd_shaders/common/nrd_shared.glsl.
@@ -155,7 +156,9 @@ extern "C" {
     X(FRAME_NOT_SET, "nrd_get_dispatches was called before nrd_set_frame") \
     X(UNSUPPORTED_DEVICE, "the device lacks something the denoisers need") \
     X(MISSING_RESOURCE, "a resource that a denoiser needs was not given") \
-    X(DEVICE_ERROR, "the graphics API returned an error")
+    X(DEVICE_ERROR, "the graphics API returned an error") \
+    X(WRONG_VERSION, "a struct was filled with another version of the header") \
+    X(DESTROYED, "the instance was destroyed before, or is none")
 typedef enum nrd_result {
 #define NRDI_X(name, text) NRD_RESULT_##name,
     NRD_RESULTS(NRDI_X)
@@ -166,6 +169,7 @@ typedef enum nrd_result {
 typedef enum nrd_severity { NRD_SEVERITY_WARNING, NRD_SEVERITY_ERROR } nrd_severity;
 
 NRD_DECL const char *nrd_result_string(nrd_result result);
+NRD_DECL uint32_t nrd_version(void); /* NRD_RELEASE_NUMBER of the implementation */
 
 /* ---------------------------------------------------------------------------------------------------------------------------
    Denoisers and their resources  >>resources */
@@ -429,6 +433,9 @@ typedef struct nrd_denoiser_desc {
 } nrd_denoiser_desc;
 
 typedef struct nrd_desc {
+    uint32_t struct_version;                /* NRD_STRUCT_VERSION; 0: not checked. This and the two below keep their places in every release */
+    void (*message)(void *user, nrd_severity severity, nrd_result result, const char *text); /* NULL: silent */
+    void *message_user;
     uint32_t width, height;                 /* px of the images, 1 to 16384 */
     const nrd_denoiser_desc *denoisers;
     uint32_t denoiser_count;                /* 1 to 64 */
@@ -439,12 +446,16 @@ typedef struct nrd_desc {
     void *(*allocate)(void *user, size_t bytes); /* both or neither; NULL: NRD_MALLOC, NRD_FREE */
     void (*release)(void *user, void *memory);
     void *allocate_user;
-    void (*message)(void *user, nrd_severity severity, nrd_result result, const char *text); /* NULL: silent */
-    void *message_user;
 } nrd_desc;
 
+/* Differs where the release or the size of a public struct does: tells an implementation that was compiled elsewhere (a library, a plug-in)
+   that the caller's header is another one. */
+#define NRD_STRUCT_VERSION (NRD_RELEASE_NUMBER << 16 | (uint32_t)(((((sizeof(nrd_desc) * 5 + sizeof(nrd_frame)) * 5 \
+    + sizeof(nrd_reblur_settings)) * 5 + sizeof(nrd_occlusion_settings)) * 5 + sizeof(nrd_sigma_settings)) & 0xffffu))
+
 NRD_DECL nrd_result nrd_create(const nrd_desc *desc, nrd **out);
-NRD_DECL void nrd_destroy(nrd *instance); /* NULL is fine */
+/* NULL is fine. Whoever uses the instance after it gets NRD_RESULT_DESTROYED, for as long as its memory is not in other use. */
+NRD_DECL void nrd_destroy(nrd *instance);
 NRD_DECL nrd_result nrd_set_frame(nrd *instance, const nrd_frame *frame);
 /* settings: the struct that NRD_DENOISERS names for this denoiser. Kept until changed. */
 NRD_DECL nrd_result nrd_set_settings(nrd *instance, uint32_t identifier, const void *settings);
@@ -877,6 +888,8 @@ const char *nrd_result_string(nrd_result result)
     return (uint32_t)result < NRD_RESULT_COUNT ? texts[result] : "unknown result";
 }
 
+uint32_t nrd_version(void) { return NRD_RELEASE_NUMBER; }
+
 const char *nrd_denoiser_name(nrd_denoiser denoiser)
 {
     static const char *const names[] = {
@@ -1104,7 +1117,10 @@ typedef struct nrdi_live_pass { const nrdi_pass_row *row; uint32_t state, pipeli
 /* Consecutive frames of one size. */
 typedef struct nrdi_period { uint32_t number, width, height; } nrdi_period;
 
+enum { NRDI_ALIVE = 0x6e726431, NRDI_DEAD = 0x64656164 };
+
 struct nrd {
+    uint32_t alive;                 /* NRDI_ALIVE */
     nrd_desc desc;
     nrd_info info;
     nrd_denoiser_desc *denoisers;
@@ -1127,6 +1143,12 @@ struct nrd {
     uint32_t frame_size[2];         /* nrd_desc.width, height when the frame was set */
     nrdi_period period, period_before;
 };
+
+static nrd_result nrdi_check_alive(const nrd *n)
+{
+    if (!n) return NRD_RESULT_INVALID_ARGUMENT;
+    return n->alive == NRDI_ALIVE ? NRD_RESULT_OK : NRD_RESULT_DESTROYED;
+}
 
 /* Bit in nrdi_state.written. */
 static uint64_t nrdi_written_bit(const nrdi_state *s, uint32_t what)
@@ -1184,7 +1206,7 @@ static nrd_result nrdi_tell(const nrd_desc *desc, nrd_severity severity, nrd_res
 
 nrd_result nrd_report(const nrd *instance, nrd_severity severity, nrd_result result, const char *text)
 {
-    return instance ? nrdi_tell(&instance->desc, severity, result, text) : result;
+    return nrdi_check_alive(instance) ? result : nrdi_tell(&instance->desc, severity, result, text);
 }
 
 static nrd_result nrdi_invalid(const nrd_desc *desc, const char *text) { return nrdi_tell(desc, NRD_SEVERITY_ERROR, NRD_RESULT_INVALID_ARGUMENT, text); }
@@ -1201,6 +1223,17 @@ static nrd_result nrdi_out_of_range(const nrd_desc *desc, const char *owner, con
 static nrd_result nrdi_check_range(const nrd_desc *desc, const char *owner, const char *name, double value, double min, double max)
 {
     return value >= min && value <= max ? NRD_RESULT_OK : nrdi_out_of_range(desc, owner, name, value, min, max);
+}
+
+static nrd_result nrdi_check_version(const nrd_desc *d)
+{
+    nrdi_text t = { { 0 }, 0 };
+    if (!d->struct_version || d->struct_version == NRD_STRUCT_VERSION) return NRD_RESULT_OK;
+    nrdi_put(&t, "nrd_desc.struct_version is "); nrdi_put_uint(&t, d->struct_version);
+    nrdi_put(&t, " (release "); nrdi_put_uint(&t, d->struct_version >> 16);
+    nrdi_put(&t, "), needed is "); nrdi_put_uint(&t, NRD_STRUCT_VERSION);
+    nrdi_put(&t, " (release "); nrdi_put_uint(&t, NRD_RELEASE_NUMBER); nrdi_put(&t, ")");
+    return nrdi_tell(d, NRD_SEVERITY_ERROR, NRD_RESULT_WRONG_VERSION, t.s);
 }
 
 static double nrdi_setting_value(const nrd_setting *row, const void *settings)
@@ -1530,7 +1563,8 @@ static nrd_result nrdi_check_compiled_in(const nrd_desc *d, nrd_denoiser denoise
 
 static nrd_result nrdi_check_desc(const nrd_desc *d)
 {
-    nrd_result r;
+    nrd_result r = nrdi_check_version(d);
+    if (r) return r;
     if ((r = nrdi_check_range(d, "nrd_desc", "width", d->width, 1, NRDI_MAX_SIZE))) return r;
     if ((r = nrdi_check_range(d, "nrd_desc", "height", d->height, 1, NRDI_MAX_SIZE))) return r;
     if ((r = nrdi_check_range(d, "nrd_desc", "denoiser_count", d->denoiser_count, 1, 64))) return r;
@@ -1593,6 +1627,7 @@ nrd_result nrd_create(const nrd_desc *desc, nrd **out)
     memset(memory, 0, bytes);
     nrd *n = (nrd *)memory;
     nrdi_lay_out(n, memory, desc->denoiser_count);
+    n->alive = NRDI_ALIVE;
     n->desc = *desc;
     nrdi_compile(n);
     *out = n;
@@ -1601,9 +1636,9 @@ nrd_result nrd_create(const nrd_desc *desc, nrd **out)
 
 nrd_result nrd_resize(nrd *n, uint32_t width, uint32_t height)
 {
-    if (!n) return NRD_RESULT_INVALID_ARGUMENT;
-    nrd_result r = nrdi_check_range(&n->desc, "nrd_resize", "width", width, 1, NRDI_MAX_SIZE);
-    if (r || (r = nrdi_check_range(&n->desc, "nrd_resize", "height", height, 1, NRDI_MAX_SIZE))) return r;
+    nrd_result r = nrdi_check_alive(n);
+    if (r || (r = nrdi_check_range(&n->desc, "nrd_resize", "width", width, 1, NRDI_MAX_SIZE))) return r;
+    if ((r = nrdi_check_range(&n->desc, "nrd_resize", "height", height, 1, NRDI_MAX_SIZE))) return r;
     n->desc.width = width;
     n->desc.height = height;
     memcpy(n->states_before, n->states, n->info.denoiser_count * sizeof *n->states);
@@ -1614,16 +1649,18 @@ nrd_result nrd_resize(nrd *n, uint32_t width, uint32_t height)
 
 void nrd_destroy(nrd *instance)
 {
-    if (!instance) return;
+    if (nrdi_check_alive(instance)) return;
+    *(volatile uint32_t *)&instance->alive = NRDI_DEAD;   /* or the compiler drops it */
     if (instance->desc.release) instance->desc.release(instance->desc.allocate_user, instance);
     else NRD_FREE(instance);
 }
 
-const nrd_info *nrd_get_info(const nrd *instance) { return instance ? &instance->info : NULL; }
+const nrd_info *nrd_get_info(const nrd *instance) { return nrdi_check_alive(instance) ? NULL : &instance->info; }
 
 bool nrd_uses_resource(const nrd *instance, nrd_resource resource)
 {
-    for (uint32_t p = 0; instance && p < instance->info.pass_count; p++) {
+    if (nrdi_check_alive(instance)) return false;
+    for (uint32_t p = 0; p < instance->info.pass_count; p++) {
         const nrdi_pass_row *row = instance->live[p].row;
         for (uint32_t u = 0; u < nrdi_use_count(row); u++) {
             if (row->uses[u].what == (uint32_t)resource && nrdi_holds(row->uses[u].condition, nrdi_possible(&instance->desc))) return true;
@@ -1698,7 +1735,7 @@ static nrd_result nrdi_check_stillness(const nrd_desc *d, const nrd_frame *f, co
 
 nrd_result nrd_set_frame(nrd *n, const nrd_frame *frame)
 {
-    if (!n) return NRD_RESULT_INVALID_ARGUMENT;
+    if (nrdi_check_alive(n)) return nrdi_check_alive(n);
     if (!frame) return nrdi_invalid(&n->desc, "nrd_set_frame: frame is NULL");
     uint32_t width = frame->rect_width ? frame->rect_width : n->desc.width, height = frame->rect_height ? frame->rect_height : n->desc.height;
     nrd_result r = nrdi_check_frame(n, frame, width, height);
@@ -1741,7 +1778,7 @@ static nrdi_state *nrdi_find_state(nrd *n, uint32_t identifier)
 
 nrd_result nrd_set_settings(nrd *n, uint32_t identifier, const void *settings)
 {
-    if (!n) return NRD_RESULT_INVALID_ARGUMENT;
+    if (nrdi_check_alive(n)) return nrdi_check_alive(n);
     if (!settings) return nrdi_invalid(&n->desc, "nrd_set_settings: settings is NULL");
     nrdi_state *s = nrdi_find_state(n, identifier);
     if (!s) return NRD_RESULT_UNKNOWN_DENOISER;
@@ -2055,14 +2092,14 @@ static void nrdi_add_dispatches(nrd *n, nrdi_state *s, uint32_t *count)
 
 void nrd_cancel_dispatches(nrd *n)
 {
-    if (!n || !n->states_before[0].row) return;   /* there were none */
+    if (nrdi_check_alive(n) || !n->states_before[0].row) return;   /* there were none */
     memcpy(n->states, n->states_before, n->info.denoiser_count * sizeof *n->states);
     n->period = n->period_before;
 }
 
 nrd_result nrd_get_dispatches(nrd *n, const uint32_t *identifiers, uint32_t identifier_count, const nrd_dispatch **dispatches, uint32_t *count)
 {
-    if (!n) return NRD_RESULT_INVALID_ARGUMENT;
+    if (nrdi_check_alive(n)) return nrdi_check_alive(n);
     if (!dispatches || !count) return nrdi_invalid(&n->desc, "nrd_get_dispatches: dispatches or count is NULL");
     if (!n->frame_set) return nrdi_tell(&n->desc, NRD_SEVERITY_ERROR, NRD_RESULT_FRAME_NOT_SET, "nrd_get_dispatches: call nrd_set_frame first");
     if (n->frame_size[0] != n->desc.width || n->frame_size[1] != n->desc.height)

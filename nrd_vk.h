@@ -24,7 +24,7 @@
    FRAMES IN FLIGHT
    nrd_vk_frame.slot counts 0 .. frames_in_flight - 1: whatever was recorded last with a slot must have finished on the device
    before the slot is recorded again (the app's fence for that frame says so). Command buffers must run in the order in which
-   they were recorded, each exactly once, on one queue or on queues that the app orders with semaphores.
+   they were recorded, each exactly once, on one queue or on queues of one family that the app orders with semaphores.
    A slot may be recorded several times before that if the calls name different denoisers.
 
    SYNCHRONISATION
@@ -32,6 +32,14 @@
    which is cheaper) and ends with one to everything after it (or after_stages/after_access): no barrier by the app is needed
    around it. Between dispatches there is a barrier where one reads or overwrites what an earlier one wrote or read, and only
    there. User images arrive in layout_in and are left in layout_out. Images of the denoisers stay in VK_IMAGE_LAYOUT_GENERAL.
+
+   COMMAND BUFFER
+   Primary or secondary. nrd_vk_record calls vkCmdPipelineBarrier, vkCmdBindPipeline, vkCmdBindDescriptorSets, vkCmdPushConstants and
+   vkCmdDispatch; in the first recording, and the first after a resize, vkCmdClearColorImage; with NRD_VK_TIMESTAMPS vkCmdResetQueryPool and
+   vkCmdWriteTimestamp on a pool of its own; with NRD_VK_DEBUG_NAMES labels that it closes again. It leaves changed: the compute pipeline,
+   descriptor sets of the compute bind point, push constants, and the layouts of the images in the list. State of graphics and ray tracing
+   stays, as do the app's descriptor pools: it has one of its own. Ownership between queue families is not transferred: images that are not
+   shared belong to the family of the command buffer before and after.
 
    MEMORY
    Host: one block, taken in nrd_vk_create, and a small one for each resize. Device: three blocks (history, scratch of one frame, constants), each one
@@ -95,13 +103,14 @@ typedef struct nrd_vk_memory {
 #define NRD_VK_DEBUG_NAMES 2u /* object names and command labels; needs VK_EXT_debug_utils on the instance, silently absent otherwise */
 
 typedef struct nrd_vk_desc {
+    uint32_t struct_version;          /* NRD_VK_STRUCT_VERSION; 0: not checked. This and the one below keep their places in every release */
     nrd *instance;                    /* must outlive the nrd_vk */
     VkInstance vk_instance;
     VkPhysicalDevice physical;
     VkDevice device;
     PFN_vkGetInstanceProcAddr get_instance_proc;
     PFN_vkGetDeviceProcAddr get_device_proc; /* NULL: asked from get_instance_proc */
-    VkPipelineCache pipeline_cache;   /* may be VK_NULL_HANDLE */
+    VkPipelineCache pipeline_cache;   /* of the app: all pipelines are asked from it, in nrd_vk_create only; may be VK_NULL_HANDLE */
     uint32_t frames_in_flight;        /* 1 to 16; 0: 2 */
     uint32_t queue_family;            /* of the recorded command buffers; used with NRD_VK_TIMESTAMPS only */
     uint32_t flags;                   /* NRD_VK_ bits */
@@ -115,6 +124,9 @@ typedef struct nrd_vk_desc {
     void *allocate_user;
     const VkAllocationCallbacks *callbacks; /* for every Vulkan object; copied; may be NULL */
 } nrd_vk_desc;
+
+/* Differs where NRD_STRUCT_VERSION or the size of a public struct of this header does. */
+#define NRD_VK_STRUCT_VERSION (NRD_STRUCT_VERSION ^ (uint32_t)(((sizeof(nrd_vk_desc) * 5 + sizeof(nrd_vk_image)) * 5 + sizeof(nrd_vk_frame)) & 0xffffu))
 
 NRD_DECL nrd_result nrd_vk_create(const nrd_vk_desc *desc, nrd_vk **out);
 NRD_DECL void nrd_vk_destroy(nrd_vk *vk); /* NULL is fine */
@@ -137,6 +149,7 @@ typedef struct nrd_vk_image {
     VkImageLayout layout_in;  /* UNDEFINED: for OUT_ images whose contents do not matter */
     VkImageLayout layout_out; /* 0 (UNDEFINED): as layout_in; where that is UNDEFINED too, GENERAL */
     uint32_t mip, layer;
+    VkImageUsageFlags usage;  /* with which the image was created; 0: not checked */
 } nrd_vk_image;
 
 typedef struct nrd_vk_frame {
@@ -260,7 +273,10 @@ typedef struct nrdi_vk_former {
     uint64_t denoisers;       /* .. and what was recorded with that slot since: a bit for each */
 } nrdi_vk_former;
 
+enum { NRDI_VK_ALIVE = 0x6e766b31, NRDI_VK_DEAD = 0x64656164 };
+
 struct nrd_vk {
+    uint32_t alive;          /* NRDI_VK_ALIVE */
     nrd_vk_desc desc;
     VkAllocationCallbacks callbacks;
     const VkAllocationCallbacks *use_callbacks;
@@ -271,6 +287,7 @@ struct nrd_vk {
     PFN_vkCmdBeginDebugUtilsLabelEXT begin_label;
     PFN_vkCmdEndDebugUtilsLabelEXT end_label;
     uint32_t slots, max_bindings;
+    uint32_t texture_count, pipeline_count; /* of nrd_info, which may be gone when this is destroyed */
     uint32_t width, height;  /* for which the images were made */
 
     VkSampler samplers[2]; /* nearest, linear */
@@ -488,10 +505,21 @@ nrd_result nrd_vk_check_device(const nrd *instance, VkInstance vk_instance, VkPh
 
 /* ---------------------------------------------------------------------------------------------------------------------------
    Creation  >>create */
+static nrd_result nrdi_vk_check_version(const nrd_vk_desc *desc)
+{
+    if (desc->struct_version && desc->struct_version != NRD_VK_STRUCT_VERSION)
+        return nrdi_vk_fail_value(desc->instance, NRD_RESULT_WRONG_VERSION, "nrd_vk_desc.struct_version", desc->struct_version, ", needed is ", NRD_VK_STRUCT_VERSION);
+    if (nrd_version() == NRD_RELEASE_NUMBER) return NRD_RESULT_OK;
+    return nrdi_vk_fail_value(desc->instance, NRD_RESULT_WRONG_VERSION, "the release of nrd.h's implementation", nrd_version(), ", that of nrd_vk.h's is ", NRD_RELEASE_NUMBER);
+}
+
 static nrd_result nrdi_vk_check_desc(const nrd_vk_desc *desc)
 {
     const char *wrong = NULL;
     if (!desc || !desc->instance) return NRD_RESULT_INVALID_ARGUMENT;
+    if (!nrd_get_info(desc->instance)) return NRD_RESULT_DESTROYED;
+    nrd_result result = nrdi_vk_check_version(desc);
+    if (result != NRD_RESULT_OK) return result;
     if (!desc->vk_instance) wrong = "nrd_vk_desc.vk_instance is NULL";
     else if (!desc->physical) wrong = "nrd_vk_desc.physical is NULL";
     else if (!desc->device) wrong = "nrd_vk_desc.device is NULL";
@@ -552,6 +580,9 @@ static nrd_vk *nrdi_vk_allocate_vk(const nrd_vk_desc *desc)
     size.desc = *desc;
     size.info = nrd_get_info(desc->instance);
     size.slots = desc->frames_in_flight ? desc->frames_in_flight : 2;
+    size.alive = NRDI_VK_ALIVE;
+    size.texture_count = size.info->texture_count;
+    size.pipeline_count = size.info->pipeline_count;
     size.width = size.info->width;
     size.height = size.info->height;
     for (uint32_t i = 0; i < size.info->pipeline_count; i++) size.max_bindings = nrdi_vk_max(size.max_bindings, size.info->pipelines[i].binding_count);
@@ -742,11 +773,11 @@ static void nrdi_vk_free_memory(nrd_vk *vk, uint32_t kind, nrd_vk_memory *memory
 
 static void nrdi_vk_destroy_images(nrd_vk *vk, nrdi_vk_image *images, nrd_vk_memory memory[2])
 {
-    for (uint32_t i = 0; i < vk->info->texture_count; i++) {
+    for (uint32_t i = 0; i < vk->texture_count; i++) {
         NRDI_VK_DESTROY(vk, vkDestroyImageView, images[i].view);
         NRDI_VK_DESTROY(vk, vkDestroyImage, images[i].image);
     }
-    memset(images, 0, vk->info->texture_count * sizeof *images);
+    memset(images, 0, vk->texture_count * sizeof *images);
     for (uint32_t kind = NRD_VK_MEMORY_PERMANENT; kind <= NRD_VK_MEMORY_TRANSIENT; kind++) nrdi_vk_free_memory(vk, kind, &memory[kind]);
 }
 
@@ -998,14 +1029,15 @@ static void nrdi_vk_destroy_former(nrd_vk *vk, nrdi_vk_former **at)
 
 void nrd_vk_destroy(nrd_vk *vk)
 {
-    if (!vk) return;
+    if (!vk || vk->alive != NRDI_VK_ALIVE) return;
+    *(volatile uint32_t *)&vk->alive = NRDI_VK_DEAD;   /* or the compiler drops it */
     NRDI_VK_DESTROY(vk, vkDestroyQueryPool, vk->queries);
     NRDI_VK_DESTROY(vk, vkDestroyDescriptorPool, vk->pool);
     NRDI_VK_DESTROY(vk, vkDestroyBuffer, vk->constants);
     nrdi_vk_destroy_images(vk, vk->images + NRD_RESOURCE_COUNT, vk->memory);
     while (vk->former) nrdi_vk_destroy_former(vk, &vk->former);
     nrdi_vk_free_memory(vk, NRD_VK_MEMORY_CONSTANTS, &vk->memory[NRD_VK_MEMORY_CONSTANTS]);
-    for (uint32_t i = 0; i < vk->info->pipeline_count; i++) {
+    for (uint32_t i = 0; i < vk->pipeline_count; i++) {
         NRDI_VK_DESTROY(vk, vkDestroyPipeline, vk->pipelines[i].pipeline);
         NRDI_VK_DESTROY(vk, vkDestroyPipelineLayout, vk->pipelines[i].layout);
         NRDI_VK_DESTROY(vk, vkDestroyDescriptorSetLayout, vk->pipelines[i].set_layout);
@@ -1014,7 +1046,14 @@ void nrd_vk_destroy(nrd_vk *vk)
     nrdi_vk_release(vk, vk);
 }
 
-uint64_t nrd_vk_memory_bytes(const nrd_vk *vk, nrd_vk_memory_kind kind) { return vk && (uint32_t)kind < 3 ? vk->memory_bytes[kind] : 0; }
+/* Also that its instance is. */
+static nrd_result nrdi_vk_check_alive(const nrd_vk *vk)
+{
+    if (!vk) return NRD_RESULT_INVALID_ARGUMENT;
+    return vk->alive == NRDI_VK_ALIVE && nrd_get_info(vk->desc.instance) ? NRD_RESULT_OK : NRD_RESULT_DESTROYED;
+}
+
+uint64_t nrd_vk_memory_bytes(const nrd_vk *vk, nrd_vk_memory_kind kind) { return vk && vk->alive == NRDI_VK_ALIVE && (uint32_t)kind < 3 ? vk->memory_bytes[kind] : 0; }
 
 /* ---------------------------------------------------------------------------------------------------------------------------
    Another size  >>resize */
@@ -1079,14 +1118,15 @@ static nrd_result nrdi_vk_make_images(nrd_vk *vk, uint32_t width, uint32_t heigh
 
 nrd_result nrd_vk_resize(nrd_vk *vk, uint32_t width, uint32_t height)
 {
-    if (!vk) return NRD_RESULT_INVALID_ARGUMENT;
+    nrd_result result = nrdi_vk_check_alive(vk);
+    if (result != NRD_RESULT_OK) return result;
     if (width == vk->width && height == vk->height) return NRD_RESULT_OK;
     memset(vk->bound, 0, (size_t)vk->slots * vk->info->pass_count * vk->max_bindings * sizeof *vk->bound); /* handles may come again */
     if (!vk->cleared && vk->last && vk->last->width == width && vk->last->height == height) return nrdi_vk_return_to_last(vk);
     nrdi_vk_former *former = nrdi_vk_allocate_former(vk);
     if (!former) return nrdi_vk_fail(vk->desc.instance, NRD_RESULT_OUT_OF_MEMORY, "nrd_vk_resize: the allocator returned NULL");
     nrdi_vk_put_aside(vk, former);
-    nrd_result result = nrdi_vk_make_images(vk, width, height);
+    result = nrdi_vk_make_images(vk, width, height);
     if (result != NRD_RESULT_OK) {
         nrdi_vk_destroy_images(vk, vk->images + NRD_RESOURCE_COUNT, vk->memory);
         nrdi_vk_take_back(vk, former);
@@ -1168,6 +1208,17 @@ static nrd_result nrdi_vk_check_format(nrd_vk *vk, const nrd_vk_image *given)
     return NRD_RESULT_OK;
 }
 
+static nrd_result nrdi_vk_check_usage(const nrd *instance, const nrd_vk_image *given)
+{
+    bool output = nrd_resource_format(given->resource) != NRD_FORMAT_ANY;
+    VkImageUsageFlags needed = VK_IMAGE_USAGE_SAMPLED_BIT | (output ? (VkImageUsageFlags)VK_IMAGE_USAGE_STORAGE_BIT : 0);
+    if (!given->usage || !(needed & ~given->usage)) return NRD_RESULT_OK;
+    nrdi_vk_text t = nrdi_vk_say(nrd_resource_name(given->resource));
+    nrdi_vk_add(&t, ": usage");
+    return nrdi_vk_fail_value(instance, NRD_RESULT_INVALID_ARGUMENT, t.text, given->usage,
+                              output ? ", needed are SAMPLED and STORAGE, VkImageUsageFlags " : ", needed is SAMPLED, VkImageUsageFlags ", needed);
+}
+
 static bool nrdi_vk_given_twice(const nrd_vk_frame *frame, uint32_t index)
 {
     const nrd_vk_image *a = &frame->images[index];
@@ -1191,7 +1242,8 @@ static nrd_result nrdi_vk_check_image(nrd_vk *vk, const nrd_vk_frame *frame, uin
     else if (given->layout_in == VK_IMAGE_LAYOUT_UNDEFINED && nrd_resource_format(given->resource) == NRD_FORMAT_ANY)
         wrong = ": layout_in is UNDEFINED, which would discard the input";
     if (wrong) return nrdi_vk_fail_resource(instance, NRD_RESULT_INVALID_ARGUMENT, given->resource, wrong);
-    return nrdi_vk_check_format(vk, given);
+    nrd_result result = nrdi_vk_check_usage(instance, given);
+    return result == NRD_RESULT_OK ? nrdi_vk_check_format(vk, given) : result;
 }
 
 static VkImageLayout nrdi_vk_working_layout(const nrd_vk_image *given)
@@ -1494,13 +1546,14 @@ nrd_result nrd_vk_record(nrd_vk *vk, VkCommandBuffer cmd, const nrd_vk_frame *fr
 {
     const nrd_dispatch *dispatches = NULL;
     uint32_t count = 0;
-    if (!vk) return NRD_RESULT_INVALID_ARGUMENT;
+    nrd_result result = nrdi_vk_check_alive(vk);
+    if (result != NRD_RESULT_OK) return result;
     if (!cmd || !frame) return nrdi_vk_fail(vk->desc.instance, NRD_RESULT_INVALID_ARGUMENT, "nrd_vk_record: cmd or frame is NULL");
     if (frame->slot >= vk->slots)
         return nrdi_vk_fail_value(vk->desc.instance, NRD_RESULT_INVALID_ARGUMENT, "nrd_vk_frame.slot", frame->slot, ", allowed is 0 to ", vk->slots - 1);
     if (vk->width != vk->info->width || vk->height != vk->info->height)
         return nrdi_vk_fail(vk->desc.instance, NRD_RESULT_INVALID_ARGUMENT, "nrd_vk_record: nrd_resize has changed the size; call nrd_vk_resize instead");
-    nrd_result result = nrdi_vk_take_images(vk, frame);
+    result = nrdi_vk_take_images(vk, frame);
     if (result == NRD_RESULT_OK) result = nrd_get_dispatches(vk->desc.instance, frame->identifiers, frame->identifier_count, &dispatches, &count);
     if (result != NRD_RESULT_OK) return result;
     result = nrdi_vk_check_bindings(vk, dispatches, count);
@@ -1519,7 +1572,8 @@ nrd_result nrd_vk_record(nrd_vk *vk, VkCommandBuffer cmd, const nrd_vk_frame *fr
    Timings  >>timings */
 nrd_result nrd_vk_timings(const nrd_vk *vk, uint32_t slot, nrd_vk_timing *timings, uint32_t capacity, uint32_t *count)
 {
-    if (!vk) return NRD_RESULT_INVALID_ARGUMENT;
+    nrd_result result = nrdi_vk_check_alive(vk);
+    if (result != NRD_RESULT_OK) return result;
     if (!count || (capacity && !timings)) return nrdi_vk_fail(vk->desc.instance, NRD_RESULT_INVALID_ARGUMENT, "nrd_vk_timings: timings or count is NULL");
     if (slot >= vk->slots) return nrdi_vk_fail_value(vk->desc.instance, NRD_RESULT_INVALID_ARGUMENT, "nrd_vk_timings: slot", slot, ", allowed is 0 to ", vk->slots - 1);
     *count = 0;
@@ -1527,9 +1581,9 @@ nrd_result nrd_vk_timings(const nrd_vk *vk, uint32_t slot, nrd_vk_timing *timing
         uint32_t set = slot * vk->info->pass_count + pass;
         uint64_t ticks[2];
         if (!vk->timed[set] || *count == capacity) continue;
-        VkResult result = vk->fn.vkGetQueryPoolResults(vk->desc.device, vk->queries, 2 * set, 2, sizeof ticks, ticks, sizeof ticks[0], VK_QUERY_RESULT_64_BIT);
-        if (result == VK_NOT_READY) continue;
-        if (result != VK_SUCCESS) return nrdi_vk_try(vk->desc.instance, result, "vkGetQueryPoolResults");
+        VkResult got = vk->fn.vkGetQueryPoolResults(vk->desc.device, vk->queries, 2 * set, 2, sizeof ticks, ticks, sizeof ticks[0], VK_QUERY_RESULT_64_BIT);
+        if (got == VK_NOT_READY) continue;
+        if (got != VK_SUCCESS) return nrdi_vk_try(vk->desc.instance, got, "vkGetQueryPoolResults");
         nrd_vk_timing *timing = &timings[(*count)++];
         timing->name = vk->info->passes[pass].name;
         timing->pass = pass;

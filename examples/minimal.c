@@ -116,7 +116,7 @@ static bool create_denoiser(void)
 
 static nrd_vk_image share(nrd_resource resource, const gpu_image *image)
 {
-    return (nrd_vk_image){ resource, image->image, image->view, image->format, image->width, image->height, image->layout, image->layout, 0, 0 };
+    return (nrd_vk_image){ resource, image->image, image->view, image->format, image->width, image->height, image->layout, image->layout, 0, 0, 0 };
 }
 
 static bool record_denoiser(VkCommandBuffer cmd, uint32_t index)

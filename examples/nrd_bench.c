@@ -195,7 +195,7 @@ static bool run_frame(uint32_t index)
     images[NRD_RESOURCE_IN_PENUMBRA] = rays[index % NOISES];
     for (uint32_t r = 0; r < NRD_RESOURCE_COUNT; r++) {
         gpu_image *i = &images[r];
-        if (i->image && nrd_uses_resource(denoiser, (nrd_resource)r)) shared[count++] = (nrd_vk_image){ (nrd_resource)r, i->image, i->view, i->format, i->width, i->height, i->layout, i->layout, 0, 0 };
+        if (i->image && nrd_uses_resource(denoiser, (nrd_resource)r)) shared[count++] = (nrd_vk_image){ (nrd_resource)r, i->image, i->view, i->format, i->width, i->height, i->layout, i->layout, 0, 0, 0 };
     }
     nrd_vk_frame vk = { .images = shared, .image_count = count };
     VkCommandBuffer cmd = gpu_begin(&g);

@@ -221,7 +221,7 @@ static void record_trace(VkCommandBuffer cmd, uint32_t box_count)
 static nrd_vk_image share(nrd_resource resource, const gpu_image *image)
 {
     return (nrd_vk_image){
-        resource, image->image, image->view, image->format, image->width, image->height, image->layout, image->layout, 0, 0
+        resource, image->image, image->view, image->format, image->width, image->height, image->layout, image->layout, 0, 0, 0
     };
 }
 

@@ -223,7 +223,7 @@ static inline void rig_run(rig *r, bool upload)
     if (upload) rig_upload(r);
     for (int i = 0; i < NRD_RESOURCE_COUNT; i++) {
         const gpu_image *image = &r->images[i];
-        nrd_vk_image given = { (nrd_resource)i, image->image, image->view, image->format, image->width, image->height, image->layout, image->layout, 0, 0 };
+        nrd_vk_image given = { (nrd_resource)i, image->image, image->view, image->format, image->width, image->height, image->layout, image->layout, 0, 0, 0 };
         if (image->view) list[frame.image_count++] = given;
     }
     r->frame.camera = pose_camera(&r->camera);

@@ -325,7 +325,7 @@ static uint32_t list_images(rig *r, nrd_vk_image *list, bool last)
     for (int i = 0; i < NRD_RESOURCE_COUNT; i++) {
         gpu_image *image = &r->images[i];
         if (!image->view) continue;
-        nrd_vk_image given = { (nrd_resource)i, image->image, image->view, image->format, image->width, image->height, image->layout, VK_IMAGE_LAYOUT_GENERAL, 0, 0 };
+        nrd_vk_image given = { (nrd_resource)i, image->image, image->view, image->format, image->width, image->height, image->layout, VK_IMAGE_LAYOUT_GENERAL, 0, 0, 0 };
         if (!last && (r->frame + (uint32_t)i) % 3 == 1) given.layout_out = VK_IMAGE_LAYOUT_SHADER_READ_ONLY_OPTIMAL;
         if (!last && (r->frame + (uint32_t)i) % 3 == 2) given.layout_out = VK_IMAGE_LAYOUT_TRANSFER_SRC_OPTIMAL;
         image->layout = given.layout_out;
