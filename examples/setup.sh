@@ -2,7 +2,7 @@
 # setup.sh: installs the Debian packages that the build, the demo and the tests need and that are missing. Changes nothing,
 # and needs no privileges, where all are there.
 set -eu
-packages="gcc g++ make libc6-dev libvulkan-dev libvulkan1 mesa-vulkan-drivers vulkan-validationlayers glslang-tools glslc
+packages="gcc g++ make libc6-dev libvulkan-dev libvulkan1 libvulkan-volk-dev mesa-vulkan-drivers vulkan-validationlayers glslang-tools glslc
 spirv-tools libopenexr-dev libpng-dev libembree-dev libassimp-dev libcmocka-dev glmark2-data"
 
 if ! command -v dpkg-query > /dev/null; then

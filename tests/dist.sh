@@ -9,6 +9,7 @@ work=$(mktemp -d) || exit 1
 trap 'rm -rf "$work"' EXIT
 passed=0
 failed=0
+skipped=0
 
 report() { # result, name
     if [ "$1" -eq 0 ]; then
@@ -46,5 +47,44 @@ report $? "the example runs"
 awk '/^relative error: / { good = $6 > 0 && $6 + 0 < $4 / 4 } { print } END { exit !good }' "$work/log" > "$work/copy"
 report $? "its output has less than a quarter of its input's error"
 
-echo "dist: $passed passed, $failed failed"
+# ---- engines: every language, every way to reach Vulkan, one file or two; from the folder and Vulkan's headers alone
+mkdir "$work/small"
+cp tests/dist/* "$work/small"
+ln -s "$(command -v c++)" "$work/bin/c++"
+engine() { # name, how the implementation is compiled or "-", how engine.c is compiled, libraries
+    (
+        cd "$work/small" || exit 1
+        flags="-Wall -Wextra -pedantic -Werror -O0 -I../nrd-sdk"
+        export "PATH=$work/bin"
+        objects=engine.o
+        # shellcheck disable=SC2086 # lists of words
+        $3 $flags -c engine.c -o engine.o || exit 1
+        if [ "$2" != - ]; then
+            # shellcheck disable=SC2086
+            $2 $flags -c implementation.c -o implementation.o || exit 1
+            objects="engine.o implementation.o"
+        fi
+        # shellcheck disable=SC2086
+        c++ $objects -lm -ldl $4 -o engine && ./engine
+    ) > "$work/log" 2>&1
+    report $? "$1"
+}
+engines() { # way to reach Vulkan, its macro, libraries
+    for language in "cc -std=c99" "cc -std=c11" "c++ -std=c++17 -x c++"; do
+        engine "$language, $1" - "$language $2" "$3"
+    done
+    nvidia=-DENGINE_NVIDIA
+    engine "two files, $1, beside another library's NRD_ macros" "cc -std=c99 $2 $nvidia" "cc -std=c99 $2 $nvidia -DENGINE_TWO_FILES" "$3"
+    engine "two files, C and C++, $1" "cc -std=c11 $2" "c++ -std=c++17 -x c++ $2 -DENGINE_TWO_FILES" "$3"
+}
+engines "VK_NO_PROTOTYPES" "" ""
+engines "static prototypes" -DENGINE_PROTOTYPES -lvulkan
+if echo '#include <volk.h>' | cc -E - > /dev/null 2>&1; then
+    engines "volk" -DENGINE_VOLK ""
+else
+    skipped=$((skipped + 1))
+    echo "skip  volk: no volk.h here (Debian: libvulkan-volk-dev)"
+fi
+
+echo "dist: $passed passed, $failed failed, $skipped skipped"
 [ "$failed" -eq 0 ]
