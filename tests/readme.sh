@@ -100,31 +100,35 @@ compile_glsl() { # stage, function that prints the engine's declarations, body o
 }
 
 : > "$work/log"
-extract "In your ray-gen shader" glsl && compile_glsl rgen ray_gen_engine "write_denoiser_inputs(ivec2(gl_LaunchIDEXT.xy), hit);"
+extract "4. In your ray-gen shader" glsl && compile_glsl rgen ray_gen_engine "write_denoiser_inputs(ivec2(gl_LaunchIDEXT.xy), hit);"
 report $? "the ray-gen block compiles"
-extract "In your composition shader" glsl && compile_glsl frag composition_engine "out_color = vec4(compose(ivec2(gl_FragCoord.xy)), 1.0);"
+extract "6. In your composition shader" glsl && compile_glsl frag composition_engine "out_color = vec4(compose(ivec2(gl_FragCoord.xy)), 1.0);"
 report $? "the composition block compiles in a fragment shader"
-extract "In your composition shader" glsl &&
+extract "6. In your composition shader" glsl &&
     compile_glsl comp composition_engine "ivec2 p = ivec2(gl_GlobalInvocationID.xy); imageStore(out_color, p, vec4(compose(p), 1.0));"
 report $? "the composition block compiles in a compute shader"
 
-# Preprocessor lines at file scope, the others as the body of a function that is given what the engine has.
-extract Integration c && {
-    cat "$work/head"
-    cat <<'C'
-void integrate(VkInstance instance, VkPhysicalDevice physical, VkDevice device, VkCommandBuffer cmd, VkImage mv, VkImageView mv_view,
-               VkImageLayout layout, const float projection[16], const float view[16], uint32_t frame_index,
-               void (*print_message)(void *user, nrd_severity severity, nrd_result result, const char *text));
-void integrate(VkInstance instance, VkPhysicalDevice physical, VkDevice device, VkCommandBuffer cmd, VkImage mv, VkImageView mv_view,
-               VkImageLayout layout, const float projection[16], const float view[16], uint32_t frame_index,
-               void (*print_message)(void *user, nrd_severity severity, nrd_result result, const char *text))
+# All C blocks in their order: preprocessor lines at file scope, the others as the body of a function that is given what the engine has.
+: > "$work/log"
+awk '/^```c$/ { inside = 1; next } /^```/ { inside = 0 } inside' README.md > "$work/block"
+parameters='VkInstance instance, VkPhysicalDevice physical, VkDevice device, VkPipelineCache cache, VkCommandBuffer cmd, const float projection[16],
+               const float view[16], uint32_t frame_index, bool camera_was_cut, bool window_was_resized,
+               void (*print_message)(void *user, nrd_severity severity, nrd_result result, const char *text),
+               nrd_vk_image (*create_image)(nrd_resource resource, VkFormat format, VkImageUsageFlags usage, uint32_t width, uint32_t height)'
 {
-C
-    cat "$work/body"
+    grep '^#' "$work/block"
+    echo '#include <stdio.h>'
+    echo "void integrate($parameters);"
+    echo "void integrate($parameters)"
+    echo "{"
+    grep -v '^#' "$work/block"
     echo "}"
 } > "$work/block.c"
 gcc -std=c99 -Wall -Wextra -pedantic -Werror -I. "-I$build" -c "$work/block.c" -o "$work/block.o" > "$work/log" 2>&1
-report $? "the C block compiles"
+report $? "the $(grep -c '^```c$' README.md) C blocks compile as one program"
+grep -E '^```[a-z]+$' README.md | sort | uniq -c | awk '{ print $2, $1 }' | grep -vxE '```c [0-9]+|```glsl 2' > "$work/log"
+[ ! -s "$work/log" ]
+report $? "no code block but these is in README.md"
 
 # ---- what the text names
 # Prints the names on standard input that the predicate refuses; fails if there are any or if there was no name at all.
@@ -163,7 +167,7 @@ report $? "$(wc -l < "$work/names") resources"
 
 # Settings: `name` or `struct.name`, all lower case with an underscore. Names of captures stand in the first column of a table.
 is_setting() {
-    grep -qE "X\((float|uint), $1, |^ +[a-z_0-9]+ (\*?[a-z_]+, )*\*?$1(\[[0-9]+\])?;" nrd.h && return 0
+    grep -qE "X\((float|uint), $1, |^ +[A-Za-z_0-9]+ (\*?[a-z_]+, )*\*?$1(\[[0-9]+\])?[;,]|\(\*$1\)" nrd.h nrd_vk.h && return 0
     grep -qE "^\| $1 \|" README.md || grep -qE "^(typedef |\} |NRD_DECL ).*\b$1\b" nrd.h nrd_vk.h || grep -qw "$1" nrd_shaders/nrd.glsl
 }
 grep -oE '`([a-z_]+\.)?[a-z]+_[a-z_]+(\[[0-9]\])?`' README.md | tr -d '`' | sed -e 's/.*\.//' -e 's/\[.*//' | sort -u > "$work/names"
