@@ -39,6 +39,11 @@
    A call that fails changes nothing. Memory is taken in nrd_create only, in one block. No globals: instances are independent, one
    instance is used by one thread at a time.
 
+   STABILITY
+   Numbers of enumerators and bits never change; new ones come last, and _COUNT grows. Structs may change at a release: name members in
+   initialisers, begin with the ..._defaults functions. Whoever compiles the implementation apart from its callers sets struct_version.
+   CHANGELOG.md says of everything removed what to write instead.
+
    NAMES
    NVIDIA's denoiser library also has a header called NRD.h and NRD_ macros: keep the two in different include paths and files.
 

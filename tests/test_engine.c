@@ -307,6 +307,81 @@ static void a_secondary_command_buffer_will_do(void **state)
 }
 
 /* ---------------------------------------------------------------------------------------------------------------------------
+   Images inside others  >>subresources */
+/* Mip 1 of layer 1 has the size of the rig; the rest of the image is the app's and stays UNDEFINED. */
+typedef struct atlas { VkImage image; VkImageView view; VkDeviceMemory memory; } atlas;
+
+static void create_atlas(gpu *d, atlas *a)
+{
+    VkImageCreateInfo image = { .sType = VK_STRUCTURE_TYPE_IMAGE_CREATE_INFO, .imageType = VK_IMAGE_TYPE_2D, .format = VK_FORMAT_R32_SFLOAT,
+                                .extent = { 2 * WIDTH, 2 * HEIGHT, 1 }, .mipLevels = 2, .arrayLayers = 2, .samples = VK_SAMPLE_COUNT_1_BIT,
+                                .usage = VK_IMAGE_USAGE_SAMPLED_BIT | VK_IMAGE_USAGE_TRANSFER_DST_BIT };
+    VkImageViewCreateInfo view = { .sType = VK_STRUCTURE_TYPE_IMAGE_VIEW_CREATE_INFO, .viewType = VK_IMAGE_VIEW_TYPE_2D, .format = image.format,
+                                   .subresourceRange = { VK_IMAGE_ASPECT_COLOR_BIT, 1, 1, 1, 1 } };
+    VkMemoryRequirements needs;
+    VkMemoryAllocateInfo memory = { .sType = VK_STRUCTURE_TYPE_MEMORY_ALLOCATE_INFO };
+    assert_int_equal(d->fn.vkCreateImage(d->device, &image, NULL, &a->image), VK_SUCCESS);
+    d->fn.vkGetImageMemoryRequirements(d->device, a->image, &needs);
+    memory.allocationSize = needs.size;
+    while (!(needs.memoryTypeBits >> memory.memoryTypeIndex & 1)) memory.memoryTypeIndex++;
+    assert_int_equal(d->fn.vkAllocateMemory(d->device, &memory, NULL, &a->memory), VK_SUCCESS);
+    assert_int_equal(d->fn.vkBindImageMemory(d->device, a->image, a->memory, 0), VK_SUCCESS);
+    view.image = a->image;
+    assert_int_equal(d->fn.vkCreateImageView(d->device, &view, NULL, &a->view), VK_SUCCESS);
+}
+
+static void clear_atlas(gpu *d, const atlas *a, float value)
+{
+    const VkClearColorValue color = { { value, 0, 0, 0 } };
+    const VkImageSubresourceRange part = { VK_IMAGE_ASPECT_COLOR_BIT, 1, 1, 1, 1 };
+    VkImageMemoryBarrier barrier = { VK_STRUCTURE_TYPE_IMAGE_MEMORY_BARRIER, NULL, 0, VK_ACCESS_TRANSFER_WRITE_BIT, VK_IMAGE_LAYOUT_UNDEFINED,
+                                     VK_IMAGE_LAYOUT_TRANSFER_DST_OPTIMAL, VK_QUEUE_FAMILY_IGNORED, VK_QUEUE_FAMILY_IGNORED, a->image, part };
+    VkCommandBuffer cmd = gpu_begin(d);
+    d->fn.vkCmdPipelineBarrier(cmd, VK_PIPELINE_STAGE_ALL_COMMANDS_BIT, VK_PIPELINE_STAGE_TRANSFER_BIT, 0, 0, NULL, 0, NULL, 1, &barrier);
+    REAL(vkCmdClearColorImage)(cmd, a->image, VK_IMAGE_LAYOUT_TRANSFER_DST_OPTIMAL, &color, 1, &part);
+    assert_true(gpu_submit_and_wait(d));
+}
+
+/* Where IN_VIEWZ is the atlas the output is the same, and only that part of it changes its layout, there and back. */
+static void an_image_may_be_a_mip_level_and_a_layer_of_another(void **state)
+{
+    gpu *d = &devices[0];
+    rig plain, inside;
+    atlas a;
+    (void)state;
+    uint32_t before = message_count();
+    open_wall(&plain, d);
+    open_wall(&inside, d);
+    create_atlas(d, &a);
+    clear_atlas(d, &a, plain.view_z[0]);
+    for (uint32_t frame = 0; frame < 3; frame++) {
+        nrd_vk_image list[NRD_RESOURCE_COUNT];
+        nrd_vk_frame vk = { .images = list, .image_count = list_images(&inside, list) };
+        nrd_frame still = still_frame(frame);
+        still.denoising_range = RIG_RANGE;
+        for (uint32_t i = 0; i < vk.image_count; i++)
+            if (list[i].resource == NRD_RESOURCE_IN_VIEWZ) {
+                list[i].image = a.image, list[i].view = a.view, list[i].mip = list[i].layer = 1;
+                list[i].layout_in = list[i].layout_out = VK_IMAGE_LAYOUT_TRANSFER_DST_OPTIMAL;
+            }
+        assert_int_equal(nrd_set_frame(inside.instance, &still), NRD_RESULT_OK);
+        VkCommandBuffer cmd = gpu_begin(d);
+        assert_int_equal(nrd_vk_record(inside.vk, cmd, &vk), NRD_RESULT_OK);
+        assert_true(gpu_submit_and_wait(d));
+        rig_run(&plain, false);
+    }
+    rig_download(&plain);
+    rig_download(&inside);
+    assert_memory_equal(plain.out, inside.out, WIDTH * HEIGHT * 8);
+    rig_close(&plain);
+    rig_close(&inside);
+    d->fn.vkDestroyImageView(d->device, a.view, NULL);
+    d->fn.vkDestroyImage(d->device, a.image, NULL);
+    d->fn.vkFreeMemory(d->device, a.memory, NULL);
+    assert_int_equal(message_count(), before);
+}
+
+/* ---------------------------------------------------------------------------------------------------------------------------
    Errors of use  >>errors */
 static void assert_message(const rig *r, nrd_result got, nrd_result expected, const char *text)
 {
@@ -458,6 +533,7 @@ int main(void)
         cmocka_unit_test(recording_uses_the_documented_commands_and_the_compute_bind_point_only),
         cmocka_unit_test(all_pipelines_are_asked_from_the_cache_of_the_app),
         cmocka_unit_test(a_secondary_command_buffer_will_do),
+        cmocka_unit_test(an_image_may_be_a_mip_level_and_a_layer_of_another),
         cmocka_unit_test(structs_of_another_version_are_refused),
         cmocka_unit_test(a_frame_must_be_set_before_the_first_recording),
         cmocka_unit_test(images_without_the_needed_usage_are_named),
