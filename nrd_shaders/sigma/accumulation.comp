@@ -349,7 +349,8 @@ void main()
     ivec2 pixel = ivec2(gl_GlobalInvocationID.xy), place = ivec2(gl_LocalInvocationID.xy);
     uint i = gl_LocalInvocationIndex, before = 0u, kinds;
     if (i < QUADS) s_kinds[i] = 0u;
-    if (i == 0u) before = unpack_tile(texelFetch(prev_tile, ivec2(gl_WorkGroupID.xy), 0).x);
+    ivec2 tile = min(ivec2(gl_WorkGroupID.xy), textureSize(prev_tile, 0) - 1);   /* smaller in the first frame of a larger size */
+    if (i == 0u) before = unpack_tile(texelFetch(prev_tile, tile, 0).x);
     barrier();
     kinds = load_quad(2 * place);   /* 8 x 8 quads, one a thread */
     if (kinds != 0u) atomicOr(s_kinds[place.y], kinds << place.x);
