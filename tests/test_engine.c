@@ -230,10 +230,24 @@ static PFN_vkVoidFunction VKAPI_CALL watch_device_proc(VkDevice d, const char *n
     return devices[0].get_device_proc(d, name);
 }
 
+/* The paragraph of nrd_vk.h that says what recording does. */
+static char *documented_commands(void)
+{
+    static char text[200000];
+    FILE *file = fopen("nrd_vk.h", "rb");
+    assert_non_null(file);
+    text[fread(text, 1, sizeof text - 1, file)] = 0;
+    fclose(file);
+    char *begin = strstr(text, "   COMMAND BUFFER\n"), *end = begin ? strstr(begin, "\n\n") : NULL;
+    assert_non_null(end);
+    *end = 0;
+    return begin;
+}
+
 static void recording_uses_the_documented_commands_and_the_compute_bind_point_only(void **state)
 {
-    static const char *const documented[] = { "vkCmdPipelineBarrier", "vkCmdBindPipeline", "vkCmdBindDescriptorSets", "vkCmdPushConstants", "vkCmdDispatch",
-                                              "vkCmdClearColorImage", "vkCmdResetQueryPool", "vkCmdWriteTimestamp" };
+    const char *documented = documented_commands();
+    uint32_t named = 0;
     rig r;
     (void)state;
     memset(&commands, 0, sizeof commands);
@@ -242,12 +256,10 @@ static void recording_uses_the_documented_commands_and_the_compute_bind_point_on
     desc.get_device_proc = watch_device_proc;
     replace_runtime(&r, &desc);
     for (int i = 0; i < 3; i++) rig_run(&r, false);
-    assert_int_equal(commands.name_count, sizeof documented / sizeof documented[0]);
-    for (uint32_t i = 0; i < commands.name_count; i++) {
-        uint32_t k = 0;
-        while (k < commands.name_count && strcmp(commands.names[i], documented[k]) != 0) k++;
-        if (k == commands.name_count) fail_msg("%s is called and not documented in nrd_vk.h", commands.names[i]);
-    }
+    for (uint32_t i = 0; i < commands.name_count; i++)
+        if (!strstr(documented, commands.names[i])) fail_msg("%s is used, but not in nrd_vk.h under COMMAND BUFFER", commands.names[i]);
+    for (const char *at = documented; (at = strstr(at, "vkCmd")) != NULL; at++) named++;
+    assert_int_equal(named, commands.name_count);
     assert_true(commands.binds > 0 && commands.sets == commands.binds && commands.pushes == commands.binds);
     assert_int_equal(commands.wrong, 0);
     rig_close(&r);
