@@ -996,7 +996,7 @@ nrd_result nrd_vk_memory_needs(const nrd_vk_desc *desc, VkMemoryRequirements nee
     nrd_result result = nrdi_vk_check_desc(desc);
     if (result != NRD_RESULT_OK) return result;
     if (!needs) return nrdi_vk_fail(desc->instance, NRD_RESULT_INVALID_ARGUMENT, "nrd_vk_memory_needs: needs is NULL");
-    nrd_vk *vk = nrdi_vk_allocate(desc);
+    nrd_vk *vk = nrdi_vk_allocate_vk(desc);
     if (!vk) return nrdi_vk_fail(desc->instance, NRD_RESULT_OUT_OF_MEMORY, "nrd_vk_memory_needs: the allocator returned NULL");
     result = nrdi_vk_measure(vk, measured);
     nrd_vk_destroy(vk);
