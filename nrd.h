@@ -189,7 +189,10 @@ NRD_DECL uint32_t nrd_version(void); /* NRD_RELEASE_NUMBER of the implementation
     X(REBLUR_DIFFUSE_SPECULAR_OCCLUSION, "reblur_diffuse_specular_occlusion", nrd_occlusion_settings) \
     X(REBLUR_DIFFUSE_DIRECTIONAL_OCCLUSION, "reblur_diffuse_directional_occlusion", nrd_occlusion_settings) \
     X(SIGMA_SHADOW, "sigma_shadow", nrd_sigma_settings) \
-    X(SIGMA_SHADOW_TRANSLUCENCY, "sigma_shadow_translucency", nrd_sigma_settings)
+    X(SIGMA_SHADOW_TRANSLUCENCY, "sigma_shadow_translucency", nrd_sigma_settings) \
+    X(REBLUR_DIFFUSE_SH, "reblur_diffuse_sh", nrd_reblur_settings) \
+    X(REBLUR_SPECULAR_SH, "reblur_specular_sh", nrd_reblur_settings) \
+    X(REBLUR_DIFFUSE_SPECULAR_SH, "reblur_diffuse_specular_sh", nrd_reblur_settings)
 typedef enum nrd_denoiser {
 #define NRDI_X(name, text, settings) NRD_DENOISER_##name,
     NRD_DENOISERS(NRDI_X)
@@ -241,7 +244,15 @@ typedef enum nrd_denoiser {
     X(OUT_SPEC_HITDIST, NRD_FORMAT_R16_FLOAT, "denoised specular occlusion") \
     X(OUT_SHADOW, NRD_FORMAT_R8_UNORM, "nrd_unpack_shadow(): denoised visibility of the light") \
     X(OUT_SHADOW_TRANSLUCENCY, NRD_FORMAT_RGBA8_UNORM, "nrd_unpack_shadow_translucency(): denoised coloured visibility of the light") \
-    X(OUT_SIGNAL, NRD_FORMAT_RGBA32_FLOAT, "mean of IN_SIGNAL")
+    X(OUT_SIGNAL, NRD_FORMAT_RGBA32_FLOAT, "mean of IN_SIGNAL") \
+    X(IN_DIFF_SH0, 0, "first texel of nrd_pack_sh(): as IN_DIFF_RADIANCE_HITDIST; RGBA16F") \
+    X(IN_DIFF_SH1, 0, "second texel of nrd_pack_sh(): world-space unit direction of the diffuse path times luma; w is not read; RGBA16F") \
+    X(IN_SPEC_SH0, 0, "the same for the specular lobe: as IN_SPEC_RADIANCE_HITDIST; RGBA16F") \
+    X(IN_SPEC_SH1, 0, "the same for the specular lobe: direction of the specular path times luma; RGBA16F") \
+    X(OUT_DIFF_SH0, NRD_FORMAT_RGBA16_FLOAT, "nrd_unpack_sh(): denoised radiance and hit distance, what OUT_DIFF_RADIANCE_HITDIST is. Also scratch within the frame") \
+    X(OUT_DIFF_SH1, NRD_FORMAT_RGBA16_FLOAT, "xyz: mean of direction times luma; w: luma under the pixel's own normal over luma. Also scratch within the frame") \
+    X(OUT_SPEC_SH0, NRD_FORMAT_RGBA16_FLOAT, "the same for the specular lobe") \
+    X(OUT_SPEC_SH1, NRD_FORMAT_RGBA16_FLOAT, "the same for the specular lobe")
 typedef enum nrd_resource {
 #define NRDI_X(name, format, text) NRD_RESOURCE_##name,
     NRD_RESOURCES(NRDI_X)
@@ -603,7 +614,7 @@ NRD_DECL void nrd_cancel_dispatches(nrd *instance);
 /* ---------------------------------------------------------------------------------------------------------------------------
    Pass tables  >>tables
    A denoiser is a row with its textures and passes; everything below interprets these rows. */
-enum { NRDI_MAX_USES = 24, NRDI_MAX_TEXTURES = 16, NRDI_MAX_PASSES = 12, NRDI_TILE_PX = 8 };
+enum { NRDI_MAX_USES = 32, NRDI_MAX_TEXTURES = 16, NRDI_MAX_PASSES = 16, NRDI_TILE_PX = 8 };
 enum { NRDI_TRANSIENT, NRDI_PERMANENT, NRDI_PING_PONG };
 enum { NRDI_MAX_SIZE = 16384 };   /* px, of either side */
 
@@ -652,7 +663,7 @@ typedef struct nrdi_denoiser_row {
 
 enum { NRDI_REFERENCE_HISTORY };
 enum { NRDI_GUIDE, NRDI_TRACK, NRDI_SPEC_TRACK, NRDI_DIFF_HISTORY, NRDI_DIFF_STABILIZED, NRDI_DIFF_TILE, NRDI_DIFF_TILE_RAW,
-       NRDI_SPEC_HISTORY, NRDI_SPEC_STABILIZED, NRDI_SPEC_TILE, NRDI_SPEC_TILE_RAW };
+       NRDI_SPEC_HISTORY, NRDI_SPEC_STABILIZED, NRDI_SPEC_TILE, NRDI_SPEC_TILE_RAW, NRDI_DIFF_SH_HISTORY, NRDI_SPEC_SH_HISTORY, NRDI_DIFF_SH, NRDI_SH };
 enum { NRDI_SHADOW_HISTORY, NRDI_SHADOW_TILE, NRDI_SHADOW_MEAN, NRDI_SHADOW_EXTRA }; /* EXTRA: opaque: stabilised visibility; translucent: green and blue of the history */
 
 enum { NRDI_TAP, NRDI_STATE };
@@ -674,35 +685,50 @@ enum { NRDI_TAP, NRDI_STATE };
     { "SPEC_HISTORY", NRD_FORMAT_RGBA16_FLOAT, 1, NRDI_PERMANENT }, \
     { "SPEC_STABILIZED", NRD_FORMAT_R16_FLOAT, 1, NRDI_PERMANENT }, \
     { "SPEC_TILE", NRD_FORMAT_RGBA16_FLOAT, NRDI_TILE_PX, NRDI_PERMANENT }, \
-    { "SPEC_TILE_RAW", NRD_FORMAT_RGBA16_FLOAT, NRDI_TILE_PX, NRDI_TRANSIENT }
+    { "SPEC_TILE_RAW", NRD_FORMAT_RGBA16_FLOAT, NRDI_TILE_PX, NRDI_TRANSIENT }, \
+    { "DIFF_SH_HISTORY", NRD_FORMAT_RGBA16_FLOAT, 1, NRDI_PERMANENT }, \
+    { "SPEC_SH_HISTORY", NRD_FORMAT_RGBA16_FLOAT, 1, NRDI_PERMANENT }, \
+    { "DIFF_SH", NRD_FORMAT_R32_UINT, 1, NRDI_TRANSIENT }, \
+    { "SH", NRD_FORMAT_RG32_UINT, 1, NRDI_TRANSIENT }
 
 /* What the passes bind, in the order of their shaders: the guides, then what belongs to each signal. S: DIFF or SPEC.
    `scratch`: the intermediate. */
 #define NRDI_ACCUMULATION_GUIDES \
     NRDI_MOTION, NRDI_IN(IN_NORMAL_ROUGHNESS), NRDI_IN(IN_VIEWZ), NRDI_IN_IF(IN_DISOCCLUSION_THRESHOLD_MIX, NRDI_IF_THRESHOLD_MIX, IN_VIEWZ), \
     NRDI_READ_PREV(NRDI_GUIDE), NRDI_WRITE(NRDI_GUIDE)
-#define NRDI_ACCUMULATION_SIGNAL(S, prepass) \
-    NRDI_IN_IF(OUT_##S##_RADIANCE_HITDIST, prepass, IN_##S##_RADIANCE_HITDIST), \
-    NRDI_LINEAR_IF(IN_##S##_CONFIDENCE, NRDI_IF_CONFIDENCE, IN_##S##_RADIANCE_HITDIST), NRDI_READ(NRDI_##S##_HISTORY), \
-    NRDI_OWN_READ_IF(NRDI_##S##_STABILIZED, NRDI_IF_STABILIZED), NRDI_OWN_LINEAR_IF(NRDI_##S##_TILE, NRDI_IF_ANTILAG), NRDI_OUT(OUT_##S##_RADIANCE_HITDIST), \
+#define NRDI_ACCUMULATION_SIGNAL(S, prepass) NRDI_ACCUMULATION_OF(S, S##_RADIANCE_HITDIST, prepass)
+#define NRDI_ACCUMULATION_OF(S, image, prepass) \
+    NRDI_IN_IF(OUT_##image, prepass, IN_##image), \
+    NRDI_LINEAR_IF(IN_##S##_CONFIDENCE, NRDI_IF_CONFIDENCE, IN_##image), NRDI_READ(NRDI_##S##_HISTORY), \
+    NRDI_OWN_READ_IF(NRDI_##S##_STABILIZED, NRDI_IF_STABILIZED), NRDI_OWN_LINEAR_IF(NRDI_##S##_TILE, NRDI_IF_ANTILAG), NRDI_OUT(OUT_##image), \
     NRDI_OWN_WRITE_IF(NRDI_##S##_TILE_RAW, NRDI_IF_ANTILAG)
-#define NRDI_BLUR_SIGNAL(S, scratch) \
-    NRDI_IN(OUT_##S##_RADIANCE_HITDIST), NRDI_OWN_LINEAR_IF(NRDI_##S##_TILE, NRDI_IF_ANTILAG), NRDI_WRITE(NRDI_##S##_HISTORY), NRDI_WRITE_PREV(scratch)
+#define NRDI_BLUR_SIGNAL(S, scratch) NRDI_BLUR_OF(S, S##_RADIANCE_HITDIST, scratch)
+#define NRDI_BLUR_OF(S, image, scratch) \
+    NRDI_IN(OUT_##image), NRDI_OWN_LINEAR_IF(NRDI_##S##_TILE, NRDI_IF_ANTILAG), NRDI_WRITE(NRDI_##S##_HISTORY), NRDI_WRITE_PREV(scratch)
 #define NRDI_TO_OUT_SIGNAL(S, scratch) NRDI_READ_PREV(scratch), NRDI_OUT(OUT_##S##_RADIANCE_HITDIST)
 #define NRDI_FROM_OUT_SIGNAL(S, scratch) NRDI_IN(OUT_##S##_RADIANCE_HITDIST), NRDI_WRITE_PREV(scratch)
-#define NRDI_STABILIZATION_SIGNAL(S, scratch) \
+#define NRDI_STABILIZATION_SIGNAL(S, scratch) NRDI_STABILIZATION_OF(S, S##_RADIANCE_HITDIST, scratch)
+#define NRDI_STABILIZATION_OF(S, image, scratch) \
     NRDI_READ_PREV(scratch), NRDI_OWN_LINEAR_IF(NRDI_##S##_TILE, NRDI_IF_ANTILAG), NRDI_OWN_WRITE_IF(NRDI_##S##_STABILIZED, NRDI_IF_STABILIZED), \
-    NRDI_OUT(OUT_##S##_RADIANCE_HITDIST)
+    NRDI_OUT(OUT_##image)
+
+/* Light with a direction: the first texel goes the way of radiance; these follow the bindings above. OUT_..._SH1 and a packed
+   texture take turns. */
+#define NRDI_ACCUMULATION_SH(S, prepass) NRDI_IN_IF(OUT_##S##_SH1, prepass, IN_##S##_SH1), NRDI_READ(NRDI_##S##_SH_HISTORY), NRDI_OUT(OUT_##S##_SH1)
 
 #define NRDI_PREPASS(S, shader, text, prepass) \
     { "pre-pass" text, shader, prepass, NRD_FEATURE_PREPASS, 0, 0, \
       { NRDI_IN(IN_NORMAL_ROUGHNESS), NRDI_IN(IN_VIEWZ), NRDI_IN(IN_##S##_RADIANCE_HITDIST), NRDI_OUT(OUT_##S##_RADIANCE_HITDIST), NRDI_STOP } }
+#define NRDI_PREPASS_SH(S, shader, text, prepass) \
+    { "pre-pass" text, shader, prepass, NRD_FEATURE_PREPASS, 0, 0, \
+      { NRDI_IN(IN_NORMAL_ROUGHNESS), NRDI_IN(IN_VIEWZ), NRDI_IN(IN_##S##_SH0), NRDI_OUT(OUT_##S##_SH0), NRDI_IN(IN_##S##_SH1), NRDI_OUT(OUT_##S##_SH1), NRDI_STOP } }
 #define NRDI_LIGHTING_CHANGE(S, text) \
     { "lighting change" text, "reblur_lighting_change", NRDI_IF_ANTILAG, 0, NRDI_TILE_PX, 0, \
       { NRDI_READ(NRDI_##S##_TILE_RAW), NRDI_READ(NRDI_##S##_TILE), NRDI_WRITE(NRDI_##S##_TILE), NRDI_STOP } }
-#define NRDI_SPLIT_SCREEN(S, text) \
+#define NRDI_SPLIT_SCREEN(S, text) NRDI_SPLIT_SCREEN_OF(S##_RADIANCE_HITDIST, text)
+#define NRDI_SPLIT_SCREEN_OF(image, text) \
     { "split screen" text, "reblur_split_screen", NRDI_IF_SPLIT, NRD_FEATURE_SPLIT_SCREEN, 0, 0, \
-      { NRDI_IN(IN_VIEWZ), NRDI_IN(IN_##S##_RADIANCE_HITDIST), NRDI_OUT(OUT_##S##_RADIANCE_HITDIST), NRDI_STOP } }
+      { NRDI_IN(IN_VIEWZ), NRDI_IN(IN_##image), NRDI_OUT(OUT_##image), NRDI_STOP } }
 
 /* In the order of NRD_DENOISERS, without those that are not compiled in. */
 static const nrdi_denoiser_row nrdi_rows[] = {
@@ -847,6 +873,67 @@ static const nrdi_denoiser_row nrdi_rows[] = {
             NRDI_OUT(OUT_SHADOW_TRANSLUCENCY), NRDI_WRITE(NRDI_SHADOW_EXTRA), NRDI_STOP } },
         { "split screen", "sigma_split_screen_translucency", NRDI_IF_SPLIT, NRD_FEATURE_SPLIT_SCREEN, 0, 0,
           { NRDI_IN(IN_VIEWZ), NRDI_IN(IN_PENUMBRA), NRDI_OUT(OUT_SHADOW_TRANSLUCENCY), NRDI_IN(IN_TRANSLUCENCY), NRDI_STOP } } } },
+#endif
+#if NRDI_WITH(REBLUR_DIFFUSE_SH)
+    { NRDI_FAMILY_REBLUR,
+      { NRDI_REBLUR_TEXTURES },
+      { NRDI_PREPASS_SH(DIFF, "reblur_prepass_diffuse_sh", "", NRDI_IF_PREPASS),
+        { "temporal accumulation", "reblur_temporal_accumulation_diffuse_sh", NRDI_ALWAYS, 0, 0, 0,
+          { NRDI_ACCUMULATION_GUIDES, NRDI_ACCUMULATION_OF(DIFF, DIFF_SH0, NRDI_IF_PREPASS), NRDI_ACCUMULATION_SH(DIFF, NRDI_IF_PREPASS), NRDI_STOP } },
+        NRDI_LIGHTING_CHANGE(DIFF, ""),
+        { "blur", "reblur_blur_diffuse_sh", NRDI_ALWAYS, 0, 0, 0,
+          { NRDI_READ(NRDI_GUIDE), NRDI_BLUR_OF(DIFF, DIFF_SH0, NRDI_GUIDE), NRDI_IN(OUT_DIFF_SH1), NRDI_WRITE(NRDI_DIFF_SH), NRDI_WRITE(NRDI_DIFF_SH_HISTORY), NRDI_STOP } },
+        { "post-blur 1", "reblur_post_blur_to_out_diffuse_sh", NRDI_IF_BLUR, 0, 0, 1,
+          { NRDI_READ(NRDI_GUIDE), NRDI_READ_PREV(NRDI_GUIDE), NRDI_OUT(OUT_DIFF_SH0), NRDI_READ(NRDI_DIFF_SH), NRDI_OUT(OUT_DIFF_SH1), NRDI_STOP } },
+        { "post-blur 2", "reblur_post_blur_from_out_diffuse_sh", NRDI_IF_BLUR, 0, 0, 2,
+          { NRDI_READ(NRDI_GUIDE), NRDI_IN(OUT_DIFF_SH0), NRDI_WRITE_PREV(NRDI_GUIDE), NRDI_IN(OUT_DIFF_SH1), NRDI_WRITE(NRDI_DIFF_SH), NRDI_STOP } },
+        { "stabilization", "reblur_stabilization_diffuse_sh", NRDI_ALWAYS, 0, 0, 3,
+          { NRDI_READ(NRDI_GUIDE), NRDI_STABILIZATION_OF(DIFF, DIFF_SH0, NRDI_GUIDE), NRDI_READ(NRDI_DIFF_SH), NRDI_OUT(OUT_DIFF_SH1), NRDI_STOP } },
+        NRDI_SPLIT_SCREEN_OF(DIFF_SH0, " (SH0)"), NRDI_SPLIT_SCREEN_OF(DIFF_SH1, " (SH1)") } },
+#endif
+#if NRDI_WITH(REBLUR_SPECULAR_SH)
+    { NRDI_FAMILY_REBLUR,      /* the previous half of SPEC_TRACK is dead after accumulation, too */
+      { NRDI_REBLUR_TEXTURES },
+      { NRDI_PREPASS_SH(SPEC, "reblur_prepass_specular_sh", "", NRDI_IF_SPEC_PREPASS),
+        { "temporal accumulation", "reblur_temporal_accumulation_specular_sh", NRDI_ALWAYS, 0, 0, 0,
+          { NRDI_ACCUMULATION_GUIDES, NRDI_READ_PREV(NRDI_SPEC_TRACK), NRDI_WRITE(NRDI_SPEC_TRACK), NRDI_ACCUMULATION_OF(SPEC, SPEC_SH0, NRDI_IF_SPEC_PREPASS),
+            NRDI_IN(IN_SPEC_SH0), NRDI_ACCUMULATION_SH(SPEC, NRDI_IF_SPEC_PREPASS), NRDI_STOP } },
+        NRDI_LIGHTING_CHANGE(SPEC, ""),
+        { "blur", "reblur_blur_specular_sh", NRDI_ALWAYS, 0, 0, 0,
+          { NRDI_READ(NRDI_GUIDE), NRDI_READ(NRDI_SPEC_TRACK), NRDI_BLUR_OF(SPEC, SPEC_SH0, NRDI_GUIDE), NRDI_IN(OUT_SPEC_SH1), NRDI_WRITE_PREV(NRDI_SPEC_TRACK), NRDI_WRITE(NRDI_SPEC_SH_HISTORY), NRDI_STOP } },
+        { "post-blur 1", "reblur_post_blur_to_out_specular_sh", NRDI_IF_BLUR, 0, 0, 1,
+          { NRDI_READ(NRDI_GUIDE), NRDI_READ(NRDI_SPEC_TRACK), NRDI_READ_PREV(NRDI_GUIDE), NRDI_OUT(OUT_SPEC_SH0), NRDI_READ_PREV(NRDI_SPEC_TRACK), NRDI_OUT(OUT_SPEC_SH1), NRDI_STOP } },
+        { "post-blur 2", "reblur_post_blur_from_out_specular_sh", NRDI_IF_BLUR, 0, 0, 2,
+          { NRDI_READ(NRDI_GUIDE), NRDI_READ(NRDI_SPEC_TRACK), NRDI_IN(OUT_SPEC_SH0), NRDI_WRITE_PREV(NRDI_GUIDE), NRDI_IN(OUT_SPEC_SH1), NRDI_WRITE_PREV(NRDI_SPEC_TRACK), NRDI_STOP } },
+        { "stabilization", "reblur_stabilization_specular_sh", NRDI_ALWAYS, 0, 0, 3,
+          { NRDI_READ(NRDI_GUIDE), NRDI_READ(NRDI_SPEC_TRACK), NRDI_STABILIZATION_OF(SPEC, SPEC_SH0, NRDI_GUIDE), NRDI_READ_PREV(NRDI_SPEC_TRACK), NRDI_OUT(OUT_SPEC_SH1), NRDI_STOP } },
+        NRDI_SPLIT_SCREEN_OF(SPEC_SH0, " (SH0)"), NRDI_SPLIT_SCREEN_OF(SPEC_SH1, " (SH1)") } },
+#endif
+#if NRDI_WITH(REBLUR_DIFFUSE_SPECULAR_SH)
+    { NRDI_FAMILY_REBLUR,
+      { NRDI_REBLUR_TEXTURES },
+      { NRDI_PREPASS_SH(DIFF, "reblur_prepass_diffuse_sh", " (diffuse)", NRDI_IF_PREPASS),
+        NRDI_PREPASS_SH(SPEC, "reblur_prepass_specular_sh", " (specular)", NRDI_IF_SPEC_PREPASS),
+        { "temporal accumulation", "reblur_temporal_accumulation_diffuse_specular_sh", NRDI_ALWAYS, 0, 0, 0,
+          { NRDI_ACCUMULATION_GUIDES, NRDI_READ_PREV(NRDI_TRACK), NRDI_WRITE(NRDI_TRACK), NRDI_ACCUMULATION_OF(DIFF, DIFF_SH0, NRDI_IF_PREPASS),
+            NRDI_ACCUMULATION_OF(SPEC, SPEC_SH0, NRDI_IF_SPEC_PREPASS), NRDI_IN(IN_SPEC_SH0), NRDI_ACCUMULATION_SH(DIFF, NRDI_IF_PREPASS),
+            NRDI_ACCUMULATION_SH(SPEC, NRDI_IF_SPEC_PREPASS), NRDI_STOP } },
+        NRDI_LIGHTING_CHANGE(DIFF, " (diffuse)"),
+        NRDI_LIGHTING_CHANGE(SPEC, " (specular)"),
+        { "blur", "reblur_blur_diffuse_specular_sh", NRDI_ALWAYS, 0, 0, 0,
+          { NRDI_READ(NRDI_GUIDE), NRDI_READ(NRDI_TRACK), NRDI_BLUR_OF(DIFF, DIFF_SH0, NRDI_GUIDE), NRDI_BLUR_OF(SPEC, SPEC_SH0, NRDI_TRACK),
+            NRDI_IN(OUT_DIFF_SH1), NRDI_IN(OUT_SPEC_SH1), NRDI_WRITE(NRDI_SH), NRDI_WRITE(NRDI_DIFF_SH_HISTORY), NRDI_WRITE(NRDI_SPEC_SH_HISTORY), NRDI_STOP } },
+        { "post-blur 1", "reblur_post_blur_to_out_diffuse_specular_sh", NRDI_IF_BLUR, 0, 0, 1,
+          { NRDI_READ(NRDI_GUIDE), NRDI_READ(NRDI_TRACK), NRDI_READ_PREV(NRDI_GUIDE), NRDI_OUT(OUT_DIFF_SH0), NRDI_READ_PREV(NRDI_TRACK), NRDI_OUT(OUT_SPEC_SH0),
+            NRDI_READ(NRDI_SH), NRDI_OUT(OUT_DIFF_SH1), NRDI_OUT(OUT_SPEC_SH1), NRDI_STOP } },
+        { "post-blur 2", "reblur_post_blur_from_out_diffuse_specular_sh", NRDI_IF_BLUR, 0, 0, 2,
+          { NRDI_READ(NRDI_GUIDE), NRDI_READ(NRDI_TRACK), NRDI_IN(OUT_DIFF_SH0), NRDI_WRITE_PREV(NRDI_GUIDE), NRDI_IN(OUT_SPEC_SH0), NRDI_WRITE_PREV(NRDI_TRACK),
+            NRDI_IN(OUT_DIFF_SH1), NRDI_IN(OUT_SPEC_SH1), NRDI_WRITE(NRDI_SH), NRDI_STOP } },
+        { "stabilization", "reblur_stabilization_diffuse_specular_sh", NRDI_ALWAYS, 0, 0, 3,
+          { NRDI_READ(NRDI_GUIDE), NRDI_READ(NRDI_TRACK), NRDI_STABILIZATION_OF(DIFF, DIFF_SH0, NRDI_GUIDE), NRDI_STABILIZATION_OF(SPEC, SPEC_SH0, NRDI_TRACK),
+            NRDI_READ(NRDI_SH), NRDI_OUT(OUT_DIFF_SH1), NRDI_OUT(OUT_SPEC_SH1), NRDI_STOP } },
+        NRDI_SPLIT_SCREEN_OF(DIFF_SH0, " (diffuse SH0)"), NRDI_SPLIT_SCREEN_OF(DIFF_SH1, " (diffuse SH1)"),
+        NRDI_SPLIT_SCREEN_OF(SPEC_SH0, " (specular SH0)"), NRDI_SPLIT_SCREEN_OF(SPEC_SH1, " (specular SH1)") } },
 #endif
 };
 

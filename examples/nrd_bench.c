@@ -41,7 +41,8 @@ static gpu g;
 static gpu_image images[NRD_RESOURCE_COUNT], noise[NOISES], rays[NOISES];
 /* Inputs that get noise; of one denoiser each another image. */
 static const nrd_resource noisy[] = { NRD_RESOURCE_IN_DIFF_RADIANCE_HITDIST, NRD_RESOURCE_IN_SPEC_RADIANCE_HITDIST, NRD_RESOURCE_IN_SIGNAL,
-                                      NRD_RESOURCE_IN_TRANSLUCENCY, NRD_RESOURCE_IN_DIFF_DIRECTION_HITDIST };
+                                      NRD_RESOURCE_IN_TRANSLUCENCY, NRD_RESOURCE_IN_DIFF_DIRECTION_HITDIST,
+                                      NRD_RESOURCE_IN_DIFF_SH0, NRD_RESOURCE_IN_DIFF_SH1, NRD_RESOURCE_IN_SPEC_SH0, NRD_RESOURCE_IN_SPEC_SH1 };
 #define NOISY_COUNT (sizeof noisy / sizeof noisy[0])
 static nrd *denoiser;
 static nrd_vk *denoiser_vk;

@@ -855,13 +855,14 @@ NRDI_FN nrd_mirror nrd_mirror_add(nrd_mirror chain, vec3 position, vec3 normal)
 // Precomputed Radiance Transfer Using Spherical Radial Basis Functions and Clustered Tensor Approximation").
 //   texture   REBLUR                          RELAX                       output of both
 //   SH0       (Y, Co, Cg, norm_hit_dist)      (Y, Co, Cg, hit_dist)       (Y, Co, Cg, w)
-//   SH1       (direction Y, 0)                (direction Y, 0)            (direction Y, roughness or 0)
+//   SH1       (direction Y, 0)                (direction Y, 0)            (direction Y, gain or 0)
 
 NRDI_STRUCT(nrd_sg) {
     vec3 ycocg;      // colour: luma Y >= 0 and chroma
     vec3 moment;     // mean of direction times luma; its length is at most Y
     float hit_dist;  // w of SH0: as packed, or what the denoiser writes there
-    float roughness; // w of SH1: nrd_roughness_aa of a denoised specular pair if the denoiser was told to write it, else 0
+    float gain;      // w of SH1: luma under the normal of IN_NORMAL_ROUGHNESS over Y, which is of blended normals; 0: a
+                     // noisy pair, not blended
 };
 
 NRDI_FN vec4 nrdi_pack_sh1(vec3 direction, float luma, bool sanitize)
@@ -897,7 +898,7 @@ NRDI_FN nrd_sg nrd_unpack_sh(vec4 sh0, vec4 sh1)
     sg.ycocg = nrdi_xyz(sh0);
     sg.moment = nrdi_xyz(sh1);
     sg.hit_dist = sh0.w;
-    sg.roughness = sh1.w;
+    sg.gain = sh1.w;
     return sg;
 }
 
@@ -905,6 +906,15 @@ NRDI_FN nrd_sg nrd_unpack_sh(vec4 sh0, vec4 sh1)
 NRDI_FN vec3 nrd_sg_color(nrd_sg sg)
 {
     return nrd_ycocg_to_rgb(sg.ycocg);
+}
+
+// Colour under the pixel's own normal, components >= 0: with the detail of the normals in IN_NORMAL_ROUGHNESS that
+// blending them has taken out of nrd_sg_color(). The denoiser turns the light of every blend towards the pixel's normal
+// as it blends, so flat surfaces keep exactly nrd_sg_color(), and on average nothing is gained or lost. For other normals
+// than those: the resolve functions below. A noisy pair: nrd_sg_color().
+NRDI_FN vec3 nrd_sg_resolved_color(nrd_sg sg)
+{
+    return nrd_ycocg_to_rgb(nrdi_scale(sg.ycocg, sg.gain > 0.0f ? sg.gain : 1.0f));
 }
 
 // Mean direction of the light: unit length, world space; (0,0,0) if there is none (no light, or light from everywhere).
@@ -1025,8 +1035,8 @@ NRDI_FN vec3 nrd_resolve_diffuse(nrd_sg sg, vec3 normal, vec3 view, float roughn
 }
 
 // Specular light on a normal and roughness that the denoiser has not seen: demodulated radiance, RGB >= 0; multiply by
-// the specular factor (it holds the Fresnel term). roughness: of the pixel, or sg.roughness where the denoiser writes
-// that; below 0.05 it counts as 0.05. Light of sharpness 2 / alpha^2 meets the lobe of normals, warped to the light's
+// the specular factor (it holds the Fresnel term). roughness: of the pixel, or nrd_roughness_aa of it; below 0.05 it
+// counts as 0.05. Light of sharpness 2 / alpha^2 meets the lobe of normals, warped to the light's
 // directions (Wang et al. 2009, "All-Frequency Rendering of Dynamic, Spatially-Varying Reflectance"); the last factor is
 // a fit that makes light from the front keep its energy. No light: 0. Light along or behind the surface: Y / pi.
 NRDI_FN vec3 nrd_resolve_specular(nrd_sg sg, vec3 normal, vec3 view, float roughness)

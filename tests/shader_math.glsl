@@ -230,7 +230,7 @@ NRDI_FN test_case evaluate_sh(uint operation, test_case t)
         nrd_pack_relax_sh(nrdi_xyz(t.a), t.a.w, nrdi_xyz(t.b), t.b.w > 0.0f, SM_REF(t.x), SM_REF(t.y));
     } else if (operation == SM_SG_COLOR) {
         t.x = nrdi_append(nrd_sg_color(sg), sg.hit_dist);
-        t.y = nrdi_append(sg.moment, sg.roughness);
+        t.y = nrdi_append(sg.moment, sg.gain);
     } else if (operation == SM_SG_DIRECTION) {
         t.x = nrdi_append(nrd_sg_direction(sg), nrd_sg_sharpness(sg));
     } else if (operation == SM_SG_ROTATE) {

@@ -110,6 +110,33 @@ static bool pack_specular(const frame_view *view, void *texels)
     return pack_radiance(view, "specular", capture_find_plane(view->frame, "roughness"), texels);
 }
 
+/* The second texel of a pair; the first is as in pack_radiance. */
+static bool pack_direction(const frame_view *view, const char *signal, void *texels)
+{
+    float *colour[3], *direction[3];
+    uint16_t *out = texels, first[4];
+    char name[CAPTURE_NAME_SIZE];
+    snprintf(name, sizeof name, "%s.dir", signal);
+    capture_find_planes(view->frame, signal, "RGB", colour);
+    capture_find_planes(view->frame, name, "XYZ", direction);
+    for (size_t i = 0; i < pixels_of(view->frame); i++, out += 4) {
+        const float rgb[3] = { colour[0][i], colour[1][i], colour[2][i] };
+        const float towards[3] = { direction[0][i], direction[1][i], direction[2][i] };
+        pack_sh(rgb, 0, towards, first, out);
+    }
+    return true;
+}
+
+static bool pack_diffuse_direction(const frame_view *view, void *texels)
+{
+    return pack_direction(view, "diffuse", texels);
+}
+
+static bool pack_specular_direction(const frame_view *view, void *texels)
+{
+    return pack_direction(view, "specular", texels);
+}
+
 static bool pack_shadow(const frame_view *view, void *texels)
 {
     uint16_t *out = texels;
@@ -196,6 +223,11 @@ static const input_row inputs[] = {
       { "diffuse.R", "diffuse.G", "diffuse.B", "diffuse.hitT", "viewZ" } },
     { NRD_RESOURCE_IN_SPEC_RADIANCE_HITDIST, VK_FORMAT_R16G16B16A16_SFLOAT, pack_specular,
       { "specular.R", "specular.G", "specular.B", "specular.hitT", "viewZ" } },
+    { NRD_RESOURCE_IN_DIFF_SH0, VK_FORMAT_R16G16B16A16_SFLOAT, pack_diffuse, { "diffuse.R", "diffuse.G", "diffuse.B", "diffuse.hitT", "viewZ" } },
+    { NRD_RESOURCE_IN_DIFF_SH1, VK_FORMAT_R16G16B16A16_SFLOAT, pack_diffuse_direction, { "diffuse.dir.X", "diffuse.dir.Y", "diffuse.dir.Z" } },
+    { NRD_RESOURCE_IN_SPEC_SH0, VK_FORMAT_R16G16B16A16_SFLOAT, pack_specular,
+      { "specular.R", "specular.G", "specular.B", "specular.hitT", "viewZ" } },
+    { NRD_RESOURCE_IN_SPEC_SH1, VK_FORMAT_R16G16B16A16_SFLOAT, pack_specular_direction, { "specular.dir.X", "specular.dir.Y", "specular.dir.Z" } },
     { NRD_RESOURCE_IN_DIFF_HITDIST, VK_FORMAT_R16_SFLOAT, pack_diffuse_hit_dist, { "diffuse.hitT", "viewZ" } },
     { NRD_RESOURCE_IN_DIFF_DIRECTION_HITDIST, VK_FORMAT_R16G16B16A16_SFLOAT, pack_direction_hit_dist,
       { "diffuse.dir.X", "diffuse.dir.Y", "diffuse.dir.Z", "diffuse.hitT", "viewZ" } },
@@ -213,6 +245,12 @@ static const input_row inputs[] = {
 static void unpack_radiance(const void *texels, size_t i, float rgbw[4])
 {
     pack_unpack_radiance_hit_dist((const uint16_t *)texels + 4 * i, rgbw);
+}
+
+/* The pair of a pixel lies together: see interleave_pair. */
+static void unpack_sh(const void *texels, size_t i, float rgbw[4])
+{
+    pack_unpack_sh((const uint16_t *)texels + 8 * i, (const uint16_t *)texels + 8 * i + 4, rgbw);
 }
 
 static void unpack_shadow(const void *texels, size_t i, float rgbw[4])
@@ -242,7 +280,7 @@ static void unpack_signal(const void *texels, size_t i, float rgbw[4])
 }
 
 typedef struct output_row {
-    nrd_resource resource;
+    nrd_resource resource;   /* of a pair the first; the second has the next number */
     signal_id signal;        /* SIGNAL_COUNT: the reference's */
     signal_id occlusion;     /* what w is, SIGNAL_COUNT: nothing of the capture format */
     bool keeps_sky;          /* pixels of the sky are not written */
@@ -253,6 +291,8 @@ typedef struct output_row {
 static const output_row outputs[] = {
     { NRD_RESOURCE_OUT_DIFF_RADIANCE_HITDIST, SIGNAL_DIFFUSE, SIGNAL_AO, true, NULL, unpack_radiance },
     { NRD_RESOURCE_OUT_SPEC_RADIANCE_HITDIST, SIGNAL_SPECULAR, SIGNAL_COUNT, true, NULL, unpack_radiance },
+    { NRD_RESOURCE_OUT_DIFF_SH0, SIGNAL_DIFFUSE, SIGNAL_AO, true, NULL, unpack_sh },
+    { NRD_RESOURCE_OUT_SPEC_SH0, SIGNAL_SPECULAR, SIGNAL_COUNT, true, NULL, unpack_sh },
     { NRD_RESOURCE_OUT_DIFF_HITDIST, SIGNAL_AO, SIGNAL_COUNT, true, "denoised.diffuse.hitDist", unpack_hit_dist },
     { NRD_RESOURCE_OUT_DIFF_DIRECTION_HITDIST, SIGNAL_AO, SIGNAL_COUNT, true, "denoised.diffuse.hitDist", unpack_direction_hit_dist },
     { NRD_RESOURCE_OUT_SPEC_HITDIST, SIGNAL_SPECULAR_AO, SIGNAL_COUNT, true, "denoised.specular.hitDist", unpack_hit_dist },
@@ -700,14 +740,37 @@ static bool is_ambient_occlusion(const denoise *d, const output_row *row, const 
     return fabsf(metres - 3.0f) < 1e-4f && view->hit_distance[1] == 0 && !by_roughness && history_length == 0;
 }
 
+/* Puts the second texel of every pixel, downloaded behind the first ones, beside its first. */
+static bool interleave_pair(denoise *d, size_t pixels)
+{
+    uint64_t *texels = d->texels, *pairs = malloc(pixels * TEXEL_BYTES_MAX);
+    for (size_t i = 0; i < pixels && pairs; i++) {
+        pairs[2 * i] = texels[i];
+        pairs[2 * i + 1] = texels[pixels + i];
+    }
+    if (pairs)
+        memcpy(texels, pairs, pixels * TEXEL_BYTES_MAX);
+    free(pairs);
+    return pairs || say(d->sink.text, d->sink.size, "out of memory");
+}
+
+static bool download_output(denoise *d, const output_row *row, size_t pixels)
+{
+    bool pair = row->unpack == unpack_sh;
+    if (!gpu_download(&d->g, &d->images[row->resource], d->texels)
+        || (pair && !gpu_download(&d->g, &d->images[row->resource + 1], (uint64_t *)d->texels + pixels)))
+        return say(d->sink.text, d->sink.size, gpu_error(&d->g));
+    return !pair || interleave_pair(d, pixels);
+}
+
 static bool read_output(denoise *d, const output_row *row, const frame_view *view, capture *out, image *signals)
 {
     image occlusion = { 0 };
     bool of_format = is_ambient_occlusion(d, row, view), wants_occlusion = row->occlusion != SIGNAL_COUNT && of_format;
     signal_id signal = signal_of(&d->desc, row);
     const char *prefix = row->other && !of_format ? row->other : signal_prefix(signal, SOURCE_DENOISED);
-    if (!gpu_download(&d->g, &d->images[row->resource], d->texels))
-        return say(d->sink.text, d->sink.size, gpu_error(&d->g));
+    if (!download_output(d, row, pixels_of(view->frame)))
+        return false;
     bool ok = unpack_output(d, row, view->frame, &signals[signal], wants_occlusion ? &occlusion : NULL)
         && add_planes(out, prefix, &signals[signal])
         && (!wants_occlusion || add_planes(out, signal_prefix(row->occlusion, SOURCE_DENOISED), &occlusion));

@@ -12,6 +12,17 @@ static nrd_vec3 vec3_of(const float v[3])
     return nrd_make_vec3(v[0], v[1], v[2]);
 }
 
+static void put_vec4(nrd_vec4 t, uint16_t texel[4])
+{
+    const float packed[4] = { t.x, t.y, t.z, t.w };
+    half_from_floats(texel, packed, 4);
+}
+
+static nrd_vec4 vec4_of(const uint16_t texel[4])
+{
+    return nrd_make_vec4(half_to_float(texel[0]), half_to_float(texel[1]), half_to_float(texel[2]), half_to_float(texel[3]));
+}
+
 /* x in [0,1] as a code of that many steps, to nearest. */
 static uint32_t unorm(float x, float steps)
 {
@@ -32,9 +43,22 @@ float pack_normalize_hit_dist(float hit_dist, float view_z, float roughness, con
 
 void pack_radiance_hit_dist(const float rgb[3], float norm_hit_dist, uint16_t texel[4])
 {
-    nrd_vec4 t = nrd_pack_radiance_hit_dist(vec3_of(rgb), norm_hit_dist, true);
-    const float packed[4] = { t.x, t.y, t.z, t.w };
-    half_from_floats(texel, packed, 4);
+    put_vec4(nrd_pack_radiance_hit_dist(vec3_of(rgb), norm_hit_dist, true), texel);
+}
+
+void pack_sh(const float rgb[3], float norm_hit_dist, const float direction[3], uint16_t sh0[4], uint16_t sh1[4])
+{
+    nrd_vec4 first, second;
+    nrd_pack_sh(vec3_of(rgb), norm_hit_dist, vec3_of(direction), true, &first, &second);
+    put_vec4(first, sh0);
+    put_vec4(second, sh1);
+}
+
+void pack_unpack_sh(const uint16_t sh0[4], const uint16_t sh1[4], float rgbw[4])
+{
+    nrd_sg sg = nrd_unpack_sh(vec4_of(sh0), vec4_of(sh1));
+    nrd_vec3 rgb = nrd_sg_resolved_color(sg);
+    rgbw[0] = rgb.x, rgbw[1] = rgb.y, rgbw[2] = rgb.z, rgbw[3] = sg.hit_dist;
 }
 
 uint16_t pack_penumbra(float occluder_dist, float tan_angular_radius)
@@ -61,7 +85,6 @@ float pack_unpack_shadow(uint8_t texel)
 
 void pack_unpack_radiance_hit_dist(const uint16_t texel[4], float rgbw[4])
 {
-    nrd_vec4 t = nrd_make_vec4(half_to_float(texel[0]), half_to_float(texel[1]), half_to_float(texel[2]), half_to_float(texel[3]));
-    t = nrd_unpack_radiance_hit_dist(t);
+    nrd_vec4 t = nrd_unpack_radiance_hit_dist(vec4_of(texel));
     rgbw[0] = t.x, rgbw[1] = t.y, rgbw[2] = t.z, rgbw[3] = t.w;
 }

@@ -17,6 +17,12 @@ float pack_normalize_hit_dist(float hit_dist, float view_z, float roughness, con
    channel make the colour black, negative values 0. */
 void pack_radiance_hit_dist(const float rgb[3], float norm_hit_dist, uint16_t texel[4]);
 
+/* nrd_pack_sh with sanitising: two RGBA16F texels. direction: unit length, world space. */
+void pack_sh(const float rgb[3], float norm_hit_dist, const float direction[3], uint16_t sh0[4], uint16_t sh1[4]);
+
+/* nrd_sg_resolved_color of a denoised pair: RGB, each >= 0, and w of the first texel. */
+void pack_unpack_sh(const uint16_t sh0[4], const uint16_t sh1[4], float rgbw[4]);
+
 /* nrd_pack_penumbra as an R16F texel: half width of the penumbra, units. occluder_dist in units: 0 (faces away) and NaN give
    0, 65504 and more (the ray reached the light) 65504. */
 uint16_t pack_penumbra(float occluder_dist, float tan_angular_radius);

@@ -1,5 +1,5 @@
 /* One sparse step of the edge-avoiding wavelet filter over (Y, Co, Cg, deviation of Y). The includer defines
-   vec4 load_color(int signal, ivec2 pixel) and bool CROSS, and binds in_guide. CROSS: 4 taps along the axes (in noise, at random, along
+   vec4 load_color(int signal, ivec2 pixel) and bool CROSS, and binds in_guide; with SH it includes light_textures.glsl. CROSS: 4 taps along the axes (in noise, at random, along
    the diagonals) instead of 8, for the step after the dense one: the later, full steps hide its pattern (two such steps in a row show a
    plaid), and it costs half. */
 #ifndef ATROUS_GLSL
@@ -10,24 +10,34 @@ struct AtrousSums {
     float weight;
     float variance, noise;   /* of the centre; sum of weight^2 * variance */
     float luma, least;       /* of the centre; the least variance that tells lumas apart */
+#ifdef SH
+    LightSums light;
+#endif
 };
 
 AtrousSums start_sums(vec4 color)
 {
-    float variance = color.w * color.w;
-    return AtrousSums(color.xyz, 1.0, variance, variance, color.x, 1e-12 * color.x * color.x + 1e-24);
+    AtrousSums s;
+    s.color = color.xyz;
+    s.weight = 1.0;
+    s.variance = s.noise = color.w * color.w;
+    s.luma = color.x;
+    s.least = 1e-12 * color.x * color.x + 1e-24;
+    return s;
 }
 
 /* Both pixels' variances count: with the centre's alone dark pixels reject bright ones more than the reverse, and the picture darkens. */
-void add_tap(inout AtrousSums s, vec4 tap, float factor, float exponent)
+/* Returns the weight. */
+float add_tap(inout AtrousSums s, vec4 tap, float factor, float exponent)
 {
     float tap_variance = tap.w * tap.w;
     float luma = abs(s.luma - tap.x) * inversesqrt(s.variance + tap_variance + s.least);
     float w = factor * exp2(exponent - LOG2_E * 1.4142136 / g.luminance_sigma_scale * luma);
-    if (!(w > 0.0)) return;   /* what is not usable may hold NaN */
+    if (!(w > 0.0)) return 0.0;   /* what is not usable may hold NaN */
     s.color += w * tap.xyz;
     s.noise += w * w * tap_variance;
     s.weight += w;
+    return w;
 }
 
 /* Relative deviation from which on the cross is turned at random: what it leaves behind in noise is a weave. */
@@ -44,14 +54,21 @@ void add_neighbour(Center c, Neighbour n, float kernel_weight, inout AtrousSums 
 {
     uvec2 guide = texelFetch(in_guide, n.pixel, 0).xy;
     float w = plane_weight(c, n, guide.x) * kernel_weight, bend = normal_bend(c, guide), normal_scale = -LOG2_E * g.normal_sensitivity;
-    UNROLL for (int s = 0; s < SIGNALS; s++)
-        add_tap(sums[s], load_color(s, n.pixel), w * lobe_factor(c, s, guide), lobe_exponent(c, s, normal_scale, bend, n.offset));
+    SH_ONLY(vec4 light[SIGNALS]; load_lights(n.pixel, light);)
+    UNROLL for (int s = 0; s < SIGNALS; s++) {
+        vec4 tap = load_color(s, n.pixel);
+        float added = add_tap(sums[s], tap, w * lobe_factor(c, s, guide), lobe_exponent(c, s, normal_scale, bend, n.offset));
+        SH_ONLY(if (added > 0.0) add_light(sums[s].light, light[s], tap.x, guide_tap_normal(guide), added);)
+    }
 }
 
 void atrous(Center c, inout vec4 color[SIGNALS])
 {
     AtrousSums sums[SIGNALS];
-    UNROLL for (int s = 0; s < SIGNALS; s++) sums[s] = start_sums(color[s]);
+    UNROLL for (int s = 0; s < SIGNALS; s++) {
+        sums[s] = start_sums(color[s]);
+        SH_ONLY(sums[s].light = no_light(); add_light(sums[s].light, lights[s], color[s].x, c.normal, 1.0);)
+    }
     if (CROSS) {
         bool turned = is_turned(c.pixel, color);
         UNROLL for (int i = 0; i < 4; i++) {
@@ -65,7 +82,10 @@ void atrous(Center c, inout vec4 color[SIGNALS])
             if (i != 4) add_neighbour(c, find_neighbour(c, grid, vec2(grid)), kernel(grid), sums);
         }
     }
-    UNROLL for (int s = 0; s < SIGNALS; s++) color[s] = vec4(sums[s].color, sqrt(sums[s].noise)) / sums[s].weight;
+    UNROLL for (int s = 0; s < SIGNALS; s++) {
+        color[s] = vec4(sums[s].color, sqrt(sums[s].noise)) / sums[s].weight;
+        SH_ONLY(lights[s] = finish_light(sums[s].light, c.receiver, s, sums[s].weight, sums[s].color.x, FILTERED_SAMPLES * c.frames[s] * sums[s].weight);)
+    }
 }
 
 #endif

@@ -31,6 +31,21 @@ layout(binding = SECOND + 2, rgba16f) uniform writeonly image2D out_spec_history
 layout(binding = SECOND + 3, rg32ui) uniform writeonly uimage2D out_spec;
 #endif
 
+#define SH_FROM_OUT
+#define SH_FIRST (FIRST + 4 * HAS_DIFFUSE + 4 * HAS_SPECULAR)
+#include "light_textures.glsl"
+#ifdef SH
+#define SH_HISTORY (SH_FIRST + 1 + HAS_DIFFUSE + HAS_SPECULAR)
+#ifdef DIFFUSE
+layout(binding = SH_HISTORY, rgba16f) uniform writeonly image2D out_diff_light_history;
+#endif
+#ifdef SPECULAR
+layout(binding = SH_HISTORY + HAS_DIFFUSE, rgba16f) uniform writeonly image2D out_spec_light_history;
+#endif
+
+void store_light_history(int s, ivec2 p, vec4 v) { OF_SIGNAL(s, imageStore(out_diff_light_history, p, v), imageStore(out_spec_light_history, p, v)) }
+#endif
+
 vec4 load_color(int s, ivec2 p) { OF_SIGNAL(s, return texelFetch(in_diff, p, 0), return texelFetch(in_spec, p, 0)) }
 vec4 load_change(int s, vec2 px) { OF_SIGNAL(s, return sample_tiles(in_diff_tile, px, rect_size()), return sample_tiles(in_spec_tile, px, rect_size())) }
 void store_history(int s, ivec2 p, vec4 v) { OF_SIGNAL(s, imageStore(out_diff_history, p, v), imageStore(out_spec_history, p, v)) }
@@ -43,7 +58,19 @@ struct Sums {
     float luma;
     float variance;
     float noise;       /* sum of weight^2 / frames: what is left of the variance */
+#ifdef SH
+    LightSums light;
+#endif
 };
+
+Sums no_sums()
+{
+    Sums s;
+    s.color = vec3(0.0);
+    s.weight = s.moment = s.luma = s.variance = s.noise = 0.0;
+    SH_ONLY(s.light = no_light();)
+    return s;
+}
 
 void add(inout Sums s, vec4 color, float frames, float w)
 {
@@ -59,6 +86,18 @@ float changed_frames(float frames, vec4 change) { return max(mix(frames, min(fra
 
 /* Histories shorter than history_fix_frames take neighbours with looser geometry. */
 float short_history_slack(float frames) { return 1.0 + g.history_fix_frames * g.history_fix_frames / (frames * frames); }
+
+#ifdef SH
+/* History gets the same mix of the pixel's own and the filtered light as it gets of colours. */
+void mix_lights(ivec2 pixel, int signal, float luma, Sums s, Receiver receiver, float frames)
+{
+    vec4 own = lights[signal], filtered = finish_light(s.light, receiver, signal, s.weight, s.color.x, s.weight * s.weight / s.noise);
+    float share = min(1.0, g.feedback_frames / frames), filtered_luma = s.color.x / s.weight;
+    vec4 kept = mix(own * luma, filtered * filtered_luma, share);
+    store_light_history(signal, pixel, round_half(relative_light(kept.xyz, kept.w, mix(luma, filtered_luma, share))));
+    lights[signal] = filtered;
+}
+#endif
 
 void store(ivec2 pixel, int signal, vec4 color, Sums s, float frames, vec4 change)
 {
@@ -84,23 +123,29 @@ void main()
         change[s] = has_flag(NRD_FLAG_ANTILAG) ? load_change(s, vec2(pixel) + 0.5) : vec4(0.0, 1.0, 0.0, 0.0);
         frames[s] = changed_frames(guide_frames(guide, s), change[s]);
         color[s] = load_color(s, pixel);
-        sums[s] = Sums(vec3(0.0), 0.0, 0.0, 0.0, 0.0, 0.0);
+        sums[s] = no_sums();
         add(sums[s], color[s], frames[s], frames[s]);
     }
+    SH_ONLY(load_lights(pixel, lights);)
     float slack = short_history_slack(frames[0]), normal_scale = -LOG2_E * g.normal_sensitivity / slack;
     Center c = make_center(pixel, guide, slack, TRACKED(pixel));
+    SH_ONLY(UNROLL for (int s = 0; s < SIGNALS; s++) add_light(sums[s].light, lights[s], color[s].x, c.normal, frames[s]);)
     UNROLL for (int i = 0; i < 9; i++) {
         if (i == 4 || !is_filtering()) continue;
         ivec2 grid = ivec2(i % 3, i / 3) - 1;
         Neighbour n = find_neighbour(c, grid, vec2(grid));
         uvec2 guide_tap = texelFetch(in_guide, n.pixel, 0).xy;
+        SH_ONLY(vec4 light[SIGNALS]; load_lights(n.pixel, light);)
         float geometry = plane_weight(c, n, guide_tap.x) * kernel(grid), bend = normal_bend(c, guide_tap);
         UNROLL for (int s = 0; s < SIGNALS; s++) {
             vec4 tap = load_color(s, n.pixel);
             float frames_tap = max(guide_frames(guide_tap, s), 1.0);
             float w = geometry * frames_tap * lobe_factor(c, s, guide_tap) * exp2(lobe_exponent(c, s, normal_scale, bend, n.offset));
             if (w > 0.0) add(sums[s], tap, frames_tap, w);
+            SH_ONLY(if (w > 0.0) add_light(sums[s].light, light[s], tap.x, guide_tap_normal(guide_tap), w);)
         }
     }
     UNROLL for (int s = 0; s < SIGNALS; s++) store(pixel, s, color[s], sums[s], frames[s], change[s]);
+    SH_ONLY(UNROLL for (int s = 0; s < SIGNALS; s++) mix_lights(pixel, s, color[s].x, sums[s], c.receiver, frames[s]);)
+    SH_ONLY(store_lights(pixel);)
 }

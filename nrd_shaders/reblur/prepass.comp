@@ -2,7 +2,7 @@
    Writes  the blurred signal into OUT, where temporal accumulation takes it from.
    Blurs before accumulation, wider where hits are far: for inputs so sparse (probabilistic sampling) that accumulation alone would
    spread single samples over time. A pixel that was not sampled (hit distance 0) takes its neighbours' samples and hit distance.
-   Off by default: with a sample in every pixel it only costs sharpness. Built with -DDIFFUSE or -DSPECULAR; a specular lobe is blurred no
+   Off by default: with a sample in every pixel it only costs sharpness. Built with -DDIFFUSE or -DSPECULAR, and -DSH; a specular lobe is blurred no
    wider than what it sees.
    Radius from the hit distance, 8 taps: D. Zhdan, "Fast Denoising with Self-Stabilizing Recurrent Blurs", GTC 2020. */
 #version 450
@@ -11,11 +11,32 @@
 #include "../common/geometry.glsl"
 #include "../common/texel.glsl"
 #include "signals.glsl"
+#include "light.glsl"
 
 layout(binding = 1) uniform sampler2D in_normal_roughness;
 layout(binding = 2) uniform sampler2D in_view_z;
 layout(binding = 3) uniform sampler2D in_radiance_hit_dist;
 layout(binding = 4, rgba16f) uniform writeonly image2D out_radiance_hit_dist;
+
+#ifdef SH
+layout(binding = 5) uniform sampler2D in_sh1;
+layout(binding = 6, rgba16f) uniform writeonly image2D out_sh1;
+
+vec4 load_light(ivec2 pixel, float luma)
+{
+    vec3 noisy = texelFetch(in_sh1, pixel, 0).xyz;
+    return relative_light(nrd_is_finite(noisy) ? noisy : vec3(0.0), luma, luma);
+}
+
+/* sums: over the taps; weight and luma: their sums. */
+void store_light(ivec2 pixel, LightSums sums, vec3 normal, vec3 position, float roughness, float weight, float luma)
+{
+    vec3 view = mat3(g.view_to_world) * -normalize(mix(position, vec3(0.0, 0.0, 1.0), g.orthographic));
+    int signal = SPECULAR_SIGNAL >= 0 ? SPECULAR_SIGNAL : 0;
+    vec4 light = finish_light(sums, Receiver(normal, view, roughness), signal, weight, luma, weight);
+    imageStore(out_sh1, pixel, round_half(vec4(light.xyz * (luma / weight), light.w)));
+}
+#endif
 
 #ifdef SPECULAR
 #define PREPASS_RADIUS g.specular_prepass_blur_radius
@@ -84,6 +105,7 @@ void main()
     float turn = float(hash(0u, 0u, g.frame_index) >> 8) / 16777216.0 * 6.2831853;
     vec4 sum = center.w > 0.0 ? center : vec4(center.xyz, 0.0);
     vec2 weight = vec2(1.0, center.w > 0.0 ? 1.0 : 0.0);   /* colour, hit distance */
+    SH_ONLY(LightSums light = no_light(); add_light(light, load_light(pixel, center.x), center.x, p.surface.normal, 1.0);)
     for (int i = 0; i < TAPS; i++) {
         float angle = turn + float(i) * GOLDEN_ANGLE;
         ivec2 at = pixel + ivec2(round(radius * sqrt((float(i) + 0.5) / float(TAPS)) * vec2(cos(angle), sin(angle))));
@@ -93,10 +115,12 @@ void main()
         vec4 noisy = load_noisy(at);
         sum.xyz += w * noisy.xyz;
         weight.x += w;
+        SH_ONLY(add_light(light, load_light(at, noisy.x), noisy.x, tap.surface.normal, w);)
         if (noisy.w <= 0.0) continue;
         sum.w += w * noisy.w;
         weight.y += w;
     }
     vec4 blurred = vec4(sum.xyz / weight.x, weight.y > 0.0 ? sum.w / weight.y : 0.0);
+    SH_ONLY(store_light(pixel, light, p.surface.normal, p.position, p.surface.roughness, weight.x, sum.x);)
     imageStore(out_radiance_hit_dist, pixel, nrd_round_to_half(clamp(blurred, -65504.0, 65504.0)));
 }

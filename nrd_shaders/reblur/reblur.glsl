@@ -3,6 +3,7 @@
 #define REBLUR_GLSL
 
 #include "signals.glsl"
+#include "light.glsl"
 
 const float LOG2_E = 1.442695;
 
@@ -11,6 +12,10 @@ struct Center {
     Plane plane;        /* distance 1 is the tolerance */
     vec3 normal;        /* world */
     uint material;
+#ifdef SH
+    Receiver receiver;
+    float frames[SIGNALS];
+#endif
 #ifdef SPECULAR
     float roughness, roughness_scale;
     float lobe_scale;       /* exponent per 1 - cos of the angle to a neighbour's normal */
@@ -29,6 +34,13 @@ vec3 guide_tap_direction(uvec2 guide) { return guide_fine_direction(guide); }
 #else
 vec3 guide_tap_direction(uvec2 guide) { return guide_direction(guide.x); }
 #endif
+
+/* Of unit length, world. */
+vec3 guide_tap_normal(uvec2 guide)
+{
+    vec3 direction = guide_tap_direction(guide);
+    return direction * inversesqrt(dot(direction, direction));
+}
 
 /* 1 - cos of the angle between the normals. */
 float normal_bend(Center c, uvec2 guide)
@@ -52,6 +64,14 @@ void set_lobe(inout Center c, float roughness, float tracked, float z, vec2 uv)
 }
 #endif
 
+#ifdef SH
+Receiver make_receiver(uvec2 guide, vec2 uv, float z, float roughness)
+{
+    vec3 position = view_position(uv, z, g.frustum, g.orthographic);
+    return Receiver(guide_tap_normal(guide), mat3(g.view_to_world) * -normalize(mix(position, vec3(0.0, 0.0, 1.0), g.orthographic)), roughness);
+}
+#endif
+
 /* slack: 1 for long histories; larger accepts neighbours that lie farther off the plane. tracked: of the specular signal. */
 Center make_center(ivec2 pixel, uvec2 guide, float slack, float tracked)
 {
@@ -64,6 +84,8 @@ Center make_center(ivec2 pixel, uvec2 guide, float slack, float tracked)
     set_lobe(c, guide_roughness(guide), tracked, z, pixel_uv(pixel));
 #endif
     vec2 uv = pixel_uv(pixel);
+    SH_ONLY(UNROLL for (int s = 0; s < SIGNALS; s++) c.frames[s] = guide_frames(guide, s);)
+    SH_ONLY(c.receiver = make_receiver(guide, uv, z, guide_roughness(guide));)
     float scale = 1.0 / plane_tolerance(g.plane_distance_sensitivity * slack, z);
     c.plane = make_plane(c.normal * mat3(g.view_to_world), view_position(uv, z, g.frustum, g.orthographic), uv, 1.0 / vec2(rect_size()), g.frustum,
                          g.orthographic, scale, g.denoising_range);

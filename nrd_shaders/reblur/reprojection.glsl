@@ -10,6 +10,10 @@ struct History {
     float hit_dist;
     float stabilized;
     float bend;      /* 1 - cos of the mean angle to the normals of that history */
+#ifdef SH
+    LightSums light; /* times luma; weights sum to 1 */
+    bool turns;      /* false: found along a curved mirror, where normals differ as they should */
+#endif
 };
 
 /* 2 x 2 texels of the previous frame. */
@@ -63,7 +67,14 @@ void weigh_surface(inout Footprint f, vec3 point_vs, vec3 normal_ws, uint materi
     }
 }
 
-History no_history() { return History(vec4(0.0), 0.0, 0.0, 0.0, 0.0); }
+History no_history()
+{
+    History h;
+    h.color = vec4(0.0);
+    h.frames = h.hit_dist = h.stabilized = h.bend = 0.0;
+    SH_ONLY(h.light = no_light(); h.turns = true;)
+    return h;
+}
 
 /* Custom bilinear: the texels of the footprint that are the same surface, renormalised. */
 History fetch_history(Footprint f, vec4 weights, int signal, vec3 normal_ws)
@@ -80,7 +91,10 @@ History fetch_history(Footprint f, vec4 weights, int signal, vec3 normal_ws)
         h.frames += w[i] * guide_frames(uvec2(0u, f.seconds[i]), signal);
         h.hit_dist += w[i] * track.hit_dist;
         h.stabilized += w[i] * stabilized[i];
-        h.color += w[i] * load_history(signal, f.base + ivec2(i & 1, i >> 1));
+        ivec2 texel = f.base + ivec2(i & 1, i >> 1);
+        vec4 color = load_history(signal, texel);
+        h.color += w[i] * color;
+        SH_ONLY(add_light(h.light, load_light_history(signal, texel), color.x, guide_tap_normal(uvec2(f.guides[i], f.seconds[i])), w[i]);)
     }
     h.frames *= sqrt(min(sum, 1.0));   /* part of the footprint is gone: the rest is stretched */
     return h;

@@ -308,6 +308,7 @@ History find_specular_history(ivec2 pixel, float z, Reprojection r, Footprint f,
     }
     uv_history = match.uv;
     History h = fetch_history(match.footprint, match.footprint.weights, SPECULAR_SIGNAL, match.normal);
+    SH_ONLY(h.turns = match.normal == surface.normal;)
     h.frames = min(match.frames, bend_limit(h, max(alpha * alpha, NARROWEST_LOBE)));
     return h;
 }

@@ -35,6 +35,8 @@ vec4 load_color(int s, ivec2 p) { OF_SIGNAL(s, return unpack_texel(texelFetch(in
 vec4 load_change(int s, vec2 px) { OF_SIGNAL(s, return sample_tiles(in_diff_tile, px, rect_size()), return sample_tiles(in_spec_tile, px, rect_size())) }
 void store_stabilized(int s, ivec2 p, vec4 v) { OF_SIGNAL(s, imageStore(out_diff_stabilized, p, v), imageStore(out_spec_stabilized, p, v)) }
 void store_color(int s, ivec2 p, vec4 v) { OF_SIGNAL(s, imageStore(out_diff, p, v), imageStore(out_spec, p, v)) }
+#define SH_FIRST (FIRST + 4 * HAS_DIFFUSE + 4 * HAS_SPECULAR)
+#include "light_textures.glsl"
 const bool CROSS = false;
 #include "atrous.glsl"
 
@@ -78,6 +80,7 @@ void finish(ivec2 pixel, uvec2 guide, int signal, Track track, vec4 color)
     if (!is_absent(NRD_ABSENT_STABILIZATION)) store_stabilized(signal, pixel, round_half(vec4(luma)));
     float w = has_flag(NRD_FLAG_RETURN_HISTORY) ? frames : norm_hit_dist(pixel, guide, signal, track);
     store_color(signal, pixel, round_half(vec4(clamp(color.xyz, -65504.0, 65504.0), w)));
+    SH_ONLY(store_light(signal, pixel, vec4(lights[signal].xyz * luma, lights[signal].w));)
 }
 
 void main()
@@ -92,6 +95,7 @@ void main()
         tracks[s] = unpack_track(TRACK_WORD(pixel, guide, s));
         color[s] = load_color(s, pixel);
     }
+    SH_ONLY(load_lights(pixel, lights);)
     if (is_filtering()) atrous(make_center(pixel, guide, 1.0, tracks[SIGNALS - 1].hit_dist), color);
     UNROLL for (int s = 0; s < SIGNALS; s++) finish(pixel, guide, s, tracks[s], color[s]);
 }

@@ -50,6 +50,24 @@ layout(binding = SECOND + 6, rgba16f) uniform writeonly image2D out_spec_tile_ra
 layout(binding = SECOND + 7) uniform sampler2D in_spec_unblurred;   /* hit distances of neighbours: in_spec may be out_spec */
 #endif
 
+#ifdef SH
+#define SH_FIRST (FIRST + 7 * HAS_DIFFUSE + 8 * HAS_SPECULAR)
+#ifdef DIFFUSE
+layout(binding = SH_FIRST) uniform sampler2D in_diff_sh1;
+layout(binding = SH_FIRST + 1) uniform sampler2D diff_light_history;
+layout(binding = SH_FIRST + 2, rgba16f) uniform writeonly image2D out_diff_light;
+#endif
+#ifdef SPECULAR
+layout(binding = SH_FIRST + 3 * HAS_DIFFUSE) uniform sampler2D in_spec_sh1;
+layout(binding = SH_FIRST + 3 * HAS_DIFFUSE + 1) uniform sampler2D spec_light_history;
+layout(binding = SH_FIRST + 3 * HAS_DIFFUSE + 2, rgba16f) uniform writeonly image2D out_spec_light;
+#endif
+
+vec4 load_noisy_light(int s, ivec2 p) { OF_SIGNAL(s, return texelFetch(in_diff_sh1, p, 0), return texelFetch(in_spec_sh1, p, 0)) }
+vec4 load_light_history(int s, ivec2 p) { OF_SIGNAL(s, return texelFetch(diff_light_history, p, 0), return texelFetch(spec_light_history, p, 0)) }
+void store_light(int s, ivec2 p, vec4 v) { OF_SIGNAL(s, imageStore(out_diff_light, p, v), imageStore(out_spec_light, p, v)) }
+#endif
+
 vec4 gather_stabilized(int s, vec2 uv) { OF_SIGNAL(s, return textureGather(prev_diff_stabilized, uv, 0).wzxy, return textureGather(prev_spec_stabilized, uv, 0).wzxy) }
 vec4 load_history(int s, ivec2 p) { OF_SIGNAL(s, return texelFetch(diff_history, p, 0), return texelFetch(spec_history, p, 0)) }
 vec4 load_noisy(int s, ivec2 p) { OF_SIGNAL(s, return texelFetch(in_diff, p, 0), return texelFetch(in_spec, p, 0)) }
@@ -111,11 +129,41 @@ vec4 tile_sample(History h, float delta)
     return h.frames > SETTLED_FRAMES ? vec4(delta, mix(delta * delta, h.color.w * h.color.w, 0.25), h.color.x, 1.0) : vec4(0.0);
 }
 
+#ifdef SH
+/* Only the pre-pass writes a gain; without it, one sample is on the pixel's own normal. luma: of the noisy colour. */
+vec4 noisy_light(ivec2 pixel, int signal, float luma)
+{
+    vec4 noisy = load_noisy_light(signal, pixel);
+    bool blurred = (SPEC_FEATURES & NRD_FEATURE_PREPASS) != 0 && has_flag(signal == SPECULAR_SIGNAL ? NRD_FLAG_SPECULAR_PREPASS : NRD_FLAG_PREPASS);
+    return relative_light(nrd_is_finite(noisy.xyz) ? noisy.xyz : vec3(0.0), blurred ? noisy.w * luma : luma, luma);
+}
+
+/* Share of its gain that history loses per frame: with 0 errors of turns add up (8 % too bright on bricks under a moving camera), more than
+   0.5 forgets detail. 0 to 0.5 tried. */
+const float GAIN_LEAK = 0.5;
+
+/* What the history's light is on the pixel's own normal. */
+void turn_history(inout History h, Receiver r, int signal)
+{
+    float turn = own_normal_turn(r, signal, h.light.moment, h.color.x, h.light.normal, FILTERED_SAMPLES * h.frames);
+    h.light.resolved = mix(h.light.resolved, h.color.x, GAIN_LEAK) + h.color.x * turn;
+}
+
+/* The same average as of colours. */
+void accumulate_light(ivec2 pixel, int signal, float luma, History h, float alpha, float random)
+{
+    vec4 noisy = noisy_light(pixel, signal, luma) * luma;
+    vec4 mixed = mix(vec4(h.light.moment, h.light.resolved), noisy, alpha);
+    store_light(signal, pixel, dither_to_half(relative_light(mixed.xyz, mixed.w, mix(h.color.x, luma, alpha)), random));
+}
+#endif
+
 /* Averages one signal into its history and stores the colour. noisy.w: what is tracked. Returns the track; h.frames is the new length. */
 uint accumulate(ivec2 pixel, int signal, vec4 noisy, inout History h, float random)
 {
     float alpha = 1.0 / (1.0 + h.frames), delta = noisy.x - h.color.x;
     store_color(signal, pixel, dither_to_half(vec4(mix(h.color.xyz, noisy.xyz, alpha), update_sigma(h.color.w, delta, h.frames)), random));
+    SH_ONLY(accumulate_light(pixel, signal, noisy.x, h, alpha, random);)
     s_sums[signal][gl_LocalInvocationIndex] = tile_sample(h, delta);
     float stabilized = h.frames > 0.0 && (h.bend <= STABLE_BEND) ? h.stabilized : -1.0;
     h.frames += 1.0;
@@ -138,11 +186,16 @@ void denoise(ivec2 pixel)
     if (is_reset()) f.weights = vec4(0.0);
     else weigh_surface(f, r.position, surface.normal, surface.material_id, r.tolerance);
     uvec2 guide = uvec2(guide_pack(z, surface.normal, surface.material_id), 0u);
+#ifdef SPECULAR
+    guide.y = guide_pack_fine(surface.normal);
+#endif
+    SH_ONLY(Receiver receiver = make_receiver(guide, pixel_uv(pixel), z, surface.roughness);)
 #ifdef DIFFUSE
     History diffuse = fetch_history(f, f.weights, 0, surface.normal);
+    SH_ONLY(if (diffuse.frames > 0.0) turn_history(diffuse, receiver, 0);)
     if (diffuse.frames > 0.0) diffuse.frames = min(min(shorten(diffuse.frames, 0, r.uv), bend_limit(diffuse, 1.0)), g.max_accumulated_frames);
     uint track = accumulate(pixel, 0, sanitize(load_noisy(0, pixel)), diffuse, random);
-    guide.y = pack_frames(diffuse.frames);
+    guide.y |= pack_frames(diffuse.frames);
 #ifndef SPECULAR
     guide.y |= track;
 #endif
@@ -151,11 +204,12 @@ void denoise(ivec2 pixel)
     vec2 uv_history;
     Tracking tracking = track_hit_distance(pixel, surface);
     History specular = find_specular_history(pixel, z, r, f, surface, tracking, uv_history);
+    SH_ONLY(if (specular.frames > 0.0 && specular.turns) turn_history(specular, receiver, SPECULAR_SIGNAL);)
     if (specular.frames > 0.0) specular.frames = min(shorten(specular.frames, SPECULAR_SIGNAL, uv_history), g.max_accumulated_frames);
     specular.hit_dist = tracking.q;   /* as measured: its average would follow a change of what is reflected too late */
     vec4 noisy = sanitize(load_noisy(SPECULAR_SIGNAL, pixel));
     uint spec_track = accumulate(pixel, SPECULAR_SIGNAL, vec4(noisy.xyz, tracking.q), specular, random);
-    guide.y |= (pack_frames(specular.frames) << (8 * SPECULAR_SIGNAL)) | (uint(surface.roughness * 255.0 + 0.5) << 16) | guide_pack_fine(surface.normal);
+    guide.y |= (pack_frames(specular.frames) << (8 * SPECULAR_SIGNAL)) | (uint(surface.roughness * 255.0 + 0.5) << 16);
 #ifdef DIFFUSE
     imageStore(out_track, pixel, uvec4(track, spec_track, 0u, 0u));
 #else

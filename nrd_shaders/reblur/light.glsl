@@ -1,0 +1,113 @@
+/* Built with -DSH: where a signal's light comes from. It goes through every average of colours with the same weights. A pixel keeps it
+   relative to its luma, so that edits of luma need not touch it:
+   xyz   mean of direction times luma, over luma; length at most 1, world space
+   w     gain: luma under the pixel's own normal over luma, [1/4, 4]
+   An average over pixels shows light on their mean normal; right after it, the gain rises or falls by how much more or less of that light
+   the pixel's own normal sees. Where all of them face the same way nothing changes, and the mean over many pixels does not either.
+   First-order light: R. Ramamoorthi, P. Hanrahan, "An Efficient Representation for Irradiance Environment Maps", SIGGRAPH 2001. */
+#ifndef LIGHT_GLSL
+#define LIGHT_GLSL
+
+#ifdef SH
+#define SH_ONLY(code) code
+#else
+#define SH_ONLY(code)
+#endif
+
+#ifdef SH
+vec4 lights[SIGNALS];   /* of this invocation's pixel */
+
+struct LightSums {
+    vec3 moment;       /* sum of weight * luma * xyz */
+    float resolved;    /* sum of weight * luma * gain */
+    vec3 normal;       /* sum of weight * normal, world */
+};
+
+/* What light meets. */
+struct Receiver {
+    vec3 normal;       /* world, as stored */
+    vec3 view;         /* to the camera, world; of the specular signal */
+    float roughness;
+};
+
+const float LEAST_COSINE = 0.2;      /* of light to the normal: light along the surface says little about other normals */
+const float LEAST_LOBE = 0.01;       /* squared width of the specular lobe below which stored normals are too coarse */
+const float NOISE = 2.0;             /* squared deviations of noise that a direction must exceed */
+const float FILTERED_SAMPLES = 4.0;  /* samples per frame of history, once the first filter has pooled them */
+const float LARGEST_TURN = 0.5;      /* by one average, of luma; 0.3 to 3 tried: more recovers a little more and is brighter (3: by 13 %), as turns are skewed */
+
+LightSums no_light() { return LightSums(vec3(0.0), 0.0, vec3(0.0)); }
+
+void add_light(inout LightSums s, vec4 light, float luma, vec3 normal, float w)
+{
+    s.moment += w * luma * light.xyz;
+    s.resolved += w * luma * light.w;
+    s.normal += w * normal;
+}
+
+/* What of a mean over `count` samples is more than their noise, of which each has `variance`: [0,1]. */
+float certain_share(float squared, float variance, float count) { return clamp(1.0 - NOISE * variance / (max(count, 1.0) * squared + 1e-12), 0.0, 1.0); }
+
+/* Derivative of ln D of GGX by the cosine between normal and half vector, times that cosine's change from the mean to the own normal
+   (B. Walter et al., "Microfacet Models for Refraction through Rough Surfaces", EGSR 2007). */
+float specular_turn(Receiver r, vec3 moment, vec3 mean_normal, float count)
+{
+    vec3 direction = moment * inversesqrt(dot(moment, moment) + 1e-30) + r.view;
+    vec3 half_vector = direction * inversesqrt(dot(direction, direction) + 1e-12);
+    float alpha = r.roughness * r.roughness, width = max(alpha * alpha, LEAST_LOBE), cosine = clamp(dot(mean_normal, half_vector), 0.0, 1.0);
+    vec3 across = half_vector - mean_normal * (dot(half_vector, mean_normal) / dot(mean_normal, mean_normal));
+    across *= certain_share(dot(across, across), width, count);
+    return 4.0 * (1.0 - width) * cosine / (cosine * cosine * (width - 1.0) + 1.0) * dot(across, r.normal);
+}
+
+/* Takes the light for one part from everywhere, whose mean direction follows the normals (2/3 of the mean normal under a cosine lobe), and
+   one from a single direction: mean direction and luma tell both, and only the second changes with the normal. Either part then has
+   a change of 0 in the mean over pixels; anything else would add up in history. */
+float diffuse_turn(Receiver r, vec3 moment, float luma, vec3 mean_normal, float count)
+{
+    float size = length(mean_normal), k = size * (2.0 / 3.0);
+    vec3 axis = mean_normal / max(size, 1e-6), direction = moment / (max(luma, 1e-30) * max(size, 1e-6));
+    float along = dot(direction, axis), q = along - 2.0 / 3.0;
+    vec3 across = direction - axis * along;
+    across *= certain_share(dot(across, across), 0.5, count);
+    float p2 = dot(across, across), rest = sqrt(p2 * (1.0 - k * k) + q * q) - k * q, scale = rest / max(p2 + q * q, 1e-8);
+    float cosine = k + q * scale;   /* of the single direction; its light is (across / cosine, 1 / scale) across and along the normal */
+    return dot(across, r.normal) / max(cosine, LEAST_COSINE) + (cosine > LEAST_COSINE ? (dot(axis, r.normal) - size) / max(scale, 1e-3) : 0.0);
+}
+
+/* Change of luma, in parts of it, from the mean to the own normal. moment: any positive multiple of luma * xyz; luma: the same
+   multiple; count: samples behind them. */
+float own_normal_turn(Receiver r, int signal, vec3 moment, float luma, vec3 mean_normal, float count)
+{
+    float turn = 0.0;
+#ifdef SPECULAR
+    if (signal == SPECULAR_SIGNAL) turn = specular_turn(r, moment, mean_normal, count);
+#endif
+    if (signal != SPECULAR_SIGNAL) turn = diffuse_turn(r, moment, luma, mean_normal, count);
+    return clamp(turn, -LARGEST_TURN, LARGEST_TURN);
+}
+
+vec4 relative_light(vec3 moment, float resolved, float luma)
+{
+    if (!(luma > 1e-7)) return vec4(0.0, 0.0, 0.0, 1.0);
+    vec3 direction = moment / luma;
+    return vec4(direction * min(inversesqrt(dot(direction, direction) + 1e-12), 1.0), clamp(resolved / luma, 0.25, 4.0));
+}
+
+/* After an average. weight: sum of the weights; count: samples that went into it. */
+vec4 finish_light(LightSums s, Receiver r, int signal, float weight, float luma_sum, float count)
+{
+    return relative_light(s.moment, s.resolved + luma_sum * own_normal_turn(r, signal, s.moment, luma_sum, s.normal / weight, count), luma_sum);
+}
+
+/* In 32 bits: 8 per component, the gain as a logarithm. */
+uint pack_light(vec4 light) { return packSnorm4x8(vec4(light.xyz, 0.5 * log2(light.w))); }
+
+vec4 unpack_light(uint word)
+{
+    vec4 light = unpackSnorm4x8(word);
+    return vec4(light.xyz, exp2(2.0 * light.w));
+}
+#endif
+
+#endif
