@@ -113,7 +113,8 @@ extern "C" {
     X(NORMAL_FORMAT, 0) \
     X(ROUGHNESS_FORMAT, 1) \
     X(FEATURES, 2) \
-    X(ABSENT, 3)
+    X(ABSENT, 3) \
+    X(ITERATION, 4)   /* of the spatial filter: one module serves several passes */
 
 /* The constant block of every pass (uniform buffer, binding 0, std140 = C layout): X(type, name).
    Only mat4, vec4 and 32-bit scalars, every vec4 on a multiple of 16 bytes. World space is relative to the current camera. */
@@ -512,7 +513,7 @@ typedef struct nrd_pipeline {
     const char *shader;            /* module name, as in nrd_spirv.h */
     uint32_t binding_count;
     const nrd_access *access;      /* per binding */
-    uint32_t spec_constants[4];    /* by id */
+    uint32_t spec_constants[5];    /* by id */
 } nrd_pipeline;
 
 typedef struct nrd_pass {
@@ -673,7 +674,8 @@ enum { NRDI_TAP, NRDI_STATE };
 
 /* The textures of the REBLUR denoisers; those that a denoiser's passes do not use do not exist.
    Once temporal accumulation has run, the previous halves of GUIDE and TRACK are dead until the next frame overwrites them, so each holds
-   one intermediate of the spatial filter; OUT holds the other. */
+   one intermediate of the spatial filter; OUT holds the other. Filter steps that go the same way between the two are one module: post-blur 2
+   binds what blur does, post-blur 1 what stabilization does, and neither touches what is not its own. */
 #define NRDI_REBLUR_TEXTURES \
     { "GUIDE", NRD_FORMAT_RG32_UINT, 1, NRDI_PING_PONG }, \
     { "TRACK", NRD_FORMAT_RG32_UINT, 1, NRDI_PING_PONG }, \
@@ -705,8 +707,6 @@ enum { NRDI_TAP, NRDI_STATE };
 #define NRDI_BLUR_SIGNAL(S, scratch) NRDI_BLUR_OF(S, S##_RADIANCE_HITDIST, scratch)
 #define NRDI_BLUR_OF(S, image, scratch) \
     NRDI_IN(OUT_##image), NRDI_OWN_LINEAR_IF(NRDI_##S##_TILE, NRDI_IF_ANTILAG), NRDI_WRITE(NRDI_##S##_HISTORY), NRDI_WRITE_PREV(scratch)
-#define NRDI_TO_OUT_SIGNAL(S, scratch) NRDI_READ_PREV(scratch), NRDI_OUT(OUT_##S##_RADIANCE_HITDIST)
-#define NRDI_FROM_OUT_SIGNAL(S, scratch) NRDI_IN(OUT_##S##_RADIANCE_HITDIST), NRDI_WRITE_PREV(scratch)
 #define NRDI_STABILIZATION_SIGNAL(S, scratch) NRDI_STABILIZATION_OF(S, S##_RADIANCE_HITDIST, scratch)
 #define NRDI_STABILIZATION_OF(S, image, scratch) \
     NRDI_READ_PREV(scratch), NRDI_OWN_LINEAR_IF(NRDI_##S##_TILE, NRDI_IF_ANTILAG), NRDI_OWN_WRITE_IF(NRDI_##S##_STABILIZED, NRDI_IF_STABILIZED), \
@@ -746,8 +746,8 @@ static const nrdi_denoiser_row nrdi_rows[] = {
           { NRDI_ACCUMULATION_GUIDES, NRDI_ACCUMULATION_SIGNAL(DIFF, NRDI_IF_PREPASS), NRDI_STOP } },
         NRDI_LIGHTING_CHANGE(DIFF, ""),
         { "blur", "reblur_blur_diffuse", NRDI_ALWAYS, 0, 0, 0, { NRDI_READ(NRDI_GUIDE), NRDI_BLUR_SIGNAL(DIFF, NRDI_GUIDE), NRDI_STOP } },
-        { "post-blur 1", "reblur_post_blur_to_out_diffuse", NRDI_IF_BLUR, 0, 0, 1, { NRDI_READ(NRDI_GUIDE), NRDI_TO_OUT_SIGNAL(DIFF, NRDI_GUIDE), NRDI_STOP } },
-        { "post-blur 2", "reblur_post_blur_from_out_diffuse", NRDI_IF_BLUR, 0, 0, 2, { NRDI_READ(NRDI_GUIDE), NRDI_FROM_OUT_SIGNAL(DIFF, NRDI_GUIDE), NRDI_STOP } },
+        { "post-blur 1", "reblur_stabilization_diffuse", NRDI_IF_BLUR, 0, 0, 1, { NRDI_READ(NRDI_GUIDE), NRDI_STABILIZATION_SIGNAL(DIFF, NRDI_GUIDE), NRDI_STOP } },
+        { "post-blur 2", "reblur_blur_diffuse", NRDI_IF_BLUR, 0, 0, 2, { NRDI_READ(NRDI_GUIDE), NRDI_BLUR_SIGNAL(DIFF, NRDI_GUIDE), NRDI_STOP } },
         { "stabilization", "reblur_stabilization_diffuse", NRDI_ALWAYS, 0, 0, 3, { NRDI_READ(NRDI_GUIDE), NRDI_STABILIZATION_SIGNAL(DIFF, NRDI_GUIDE), NRDI_STOP } },
         NRDI_SPLIT_SCREEN(DIFF, "") } },
 #endif
@@ -760,10 +760,10 @@ static const nrdi_denoiser_row nrdi_rows[] = {
         NRDI_LIGHTING_CHANGE(SPEC, ""),
         { "blur", "reblur_blur_specular", NRDI_ALWAYS, 0, 0, 0,
           { NRDI_READ(NRDI_GUIDE), NRDI_READ(NRDI_SPEC_TRACK), NRDI_BLUR_SIGNAL(SPEC, NRDI_GUIDE), NRDI_STOP } },
-        { "post-blur 1", "reblur_post_blur_to_out_specular", NRDI_IF_BLUR, 0, 0, 1,
-          { NRDI_READ(NRDI_GUIDE), NRDI_READ(NRDI_SPEC_TRACK), NRDI_TO_OUT_SIGNAL(SPEC, NRDI_GUIDE), NRDI_STOP } },
-        { "post-blur 2", "reblur_post_blur_from_out_specular", NRDI_IF_BLUR, 0, 0, 2,
-          { NRDI_READ(NRDI_GUIDE), NRDI_READ(NRDI_SPEC_TRACK), NRDI_FROM_OUT_SIGNAL(SPEC, NRDI_GUIDE), NRDI_STOP } },
+        { "post-blur 1", "reblur_stabilization_specular", NRDI_IF_BLUR, 0, 0, 1,
+          { NRDI_READ(NRDI_GUIDE), NRDI_READ(NRDI_SPEC_TRACK), NRDI_STABILIZATION_SIGNAL(SPEC, NRDI_GUIDE), NRDI_STOP } },
+        { "post-blur 2", "reblur_blur_specular", NRDI_IF_BLUR, 0, 0, 2,
+          { NRDI_READ(NRDI_GUIDE), NRDI_READ(NRDI_SPEC_TRACK), NRDI_BLUR_SIGNAL(SPEC, NRDI_GUIDE), NRDI_STOP } },
         { "stabilization", "reblur_stabilization_specular", NRDI_ALWAYS, 0, 0, 3,
           { NRDI_READ(NRDI_GUIDE), NRDI_READ(NRDI_SPEC_TRACK), NRDI_STABILIZATION_SIGNAL(SPEC, NRDI_GUIDE), NRDI_STOP } },
         NRDI_SPLIT_SCREEN(SPEC, "") } },
@@ -780,10 +780,10 @@ static const nrdi_denoiser_row nrdi_rows[] = {
         NRDI_LIGHTING_CHANGE(SPEC, " (specular)"),
         { "blur", "reblur_blur_diffuse_specular", NRDI_ALWAYS, 0, 0, 0,
           { NRDI_READ(NRDI_GUIDE), NRDI_READ(NRDI_TRACK), NRDI_BLUR_SIGNAL(DIFF, NRDI_GUIDE), NRDI_BLUR_SIGNAL(SPEC, NRDI_TRACK), NRDI_STOP } },
-        { "post-blur 1", "reblur_post_blur_to_out_diffuse_specular", NRDI_IF_BLUR, 0, 0, 1,
-          { NRDI_READ(NRDI_GUIDE), NRDI_READ(NRDI_TRACK), NRDI_TO_OUT_SIGNAL(DIFF, NRDI_GUIDE), NRDI_TO_OUT_SIGNAL(SPEC, NRDI_TRACK), NRDI_STOP } },
-        { "post-blur 2", "reblur_post_blur_from_out_diffuse_specular", NRDI_IF_BLUR, 0, 0, 2,
-          { NRDI_READ(NRDI_GUIDE), NRDI_READ(NRDI_TRACK), NRDI_FROM_OUT_SIGNAL(DIFF, NRDI_GUIDE), NRDI_FROM_OUT_SIGNAL(SPEC, NRDI_TRACK), NRDI_STOP } },
+        { "post-blur 1", "reblur_stabilization_diffuse_specular", NRDI_IF_BLUR, 0, 0, 1,
+          { NRDI_READ(NRDI_GUIDE), NRDI_READ(NRDI_TRACK), NRDI_STABILIZATION_SIGNAL(DIFF, NRDI_GUIDE), NRDI_STABILIZATION_SIGNAL(SPEC, NRDI_TRACK), NRDI_STOP } },
+        { "post-blur 2", "reblur_blur_diffuse_specular", NRDI_IF_BLUR, 0, 0, 2,
+          { NRDI_READ(NRDI_GUIDE), NRDI_READ(NRDI_TRACK), NRDI_BLUR_SIGNAL(DIFF, NRDI_GUIDE), NRDI_BLUR_SIGNAL(SPEC, NRDI_TRACK), NRDI_STOP } },
         { "stabilization", "reblur_stabilization_diffuse_specular", NRDI_ALWAYS, 0, 0, 3,
           { NRDI_READ(NRDI_GUIDE), NRDI_READ(NRDI_TRACK), NRDI_STABILIZATION_SIGNAL(DIFF, NRDI_GUIDE), NRDI_STABILIZATION_SIGNAL(SPEC, NRDI_TRACK), NRDI_STOP } },
         NRDI_SPLIT_SCREEN(DIFF, " (diffuse)"), NRDI_SPLIT_SCREEN(SPEC, " (specular)") } },
@@ -883,10 +883,10 @@ static const nrdi_denoiser_row nrdi_rows[] = {
         NRDI_LIGHTING_CHANGE(DIFF, ""),
         { "blur", "reblur_blur_diffuse_sh", NRDI_ALWAYS, 0, 0, 0,
           { NRDI_READ(NRDI_GUIDE), NRDI_BLUR_OF(DIFF, DIFF_SH0, NRDI_GUIDE), NRDI_IN(OUT_DIFF_SH1), NRDI_WRITE(NRDI_DIFF_SH), NRDI_WRITE(NRDI_DIFF_SH_HISTORY), NRDI_STOP } },
-        { "post-blur 1", "reblur_post_blur_to_out_diffuse_sh", NRDI_IF_BLUR, 0, 0, 1,
-          { NRDI_READ(NRDI_GUIDE), NRDI_READ_PREV(NRDI_GUIDE), NRDI_OUT(OUT_DIFF_SH0), NRDI_READ(NRDI_DIFF_SH), NRDI_OUT(OUT_DIFF_SH1), NRDI_STOP } },
-        { "post-blur 2", "reblur_post_blur_from_out_diffuse_sh", NRDI_IF_BLUR, 0, 0, 2,
-          { NRDI_READ(NRDI_GUIDE), NRDI_IN(OUT_DIFF_SH0), NRDI_WRITE_PREV(NRDI_GUIDE), NRDI_IN(OUT_DIFF_SH1), NRDI_WRITE(NRDI_DIFF_SH), NRDI_STOP } },
+        { "post-blur 1", "reblur_stabilization_diffuse_sh", NRDI_IF_BLUR, 0, 0, 1,
+          { NRDI_READ(NRDI_GUIDE), NRDI_STABILIZATION_OF(DIFF, DIFF_SH0, NRDI_GUIDE), NRDI_READ(NRDI_DIFF_SH), NRDI_OUT(OUT_DIFF_SH1), NRDI_STOP } },
+        { "post-blur 2", "reblur_blur_diffuse_sh", NRDI_IF_BLUR, 0, 0, 2,
+          { NRDI_READ(NRDI_GUIDE), NRDI_BLUR_OF(DIFF, DIFF_SH0, NRDI_GUIDE), NRDI_IN(OUT_DIFF_SH1), NRDI_WRITE(NRDI_DIFF_SH), NRDI_WRITE(NRDI_DIFF_SH_HISTORY), NRDI_STOP } },
         { "stabilization", "reblur_stabilization_diffuse_sh", NRDI_ALWAYS, 0, 0, 3,
           { NRDI_READ(NRDI_GUIDE), NRDI_STABILIZATION_OF(DIFF, DIFF_SH0, NRDI_GUIDE), NRDI_READ(NRDI_DIFF_SH), NRDI_OUT(OUT_DIFF_SH1), NRDI_STOP } },
         NRDI_SPLIT_SCREEN_OF(DIFF_SH0, " (SH0)"), NRDI_SPLIT_SCREEN_OF(DIFF_SH1, " (SH1)") } },
@@ -901,10 +901,10 @@ static const nrdi_denoiser_row nrdi_rows[] = {
         NRDI_LIGHTING_CHANGE(SPEC, ""),
         { "blur", "reblur_blur_specular_sh", NRDI_ALWAYS, 0, 0, 0,
           { NRDI_READ(NRDI_GUIDE), NRDI_READ(NRDI_SPEC_TRACK), NRDI_BLUR_OF(SPEC, SPEC_SH0, NRDI_GUIDE), NRDI_IN(OUT_SPEC_SH1), NRDI_WRITE_PREV(NRDI_SPEC_TRACK), NRDI_WRITE(NRDI_SPEC_SH_HISTORY), NRDI_STOP } },
-        { "post-blur 1", "reblur_post_blur_to_out_specular_sh", NRDI_IF_BLUR, 0, 0, 1,
-          { NRDI_READ(NRDI_GUIDE), NRDI_READ(NRDI_SPEC_TRACK), NRDI_READ_PREV(NRDI_GUIDE), NRDI_OUT(OUT_SPEC_SH0), NRDI_READ_PREV(NRDI_SPEC_TRACK), NRDI_OUT(OUT_SPEC_SH1), NRDI_STOP } },
-        { "post-blur 2", "reblur_post_blur_from_out_specular_sh", NRDI_IF_BLUR, 0, 0, 2,
-          { NRDI_READ(NRDI_GUIDE), NRDI_READ(NRDI_SPEC_TRACK), NRDI_IN(OUT_SPEC_SH0), NRDI_WRITE_PREV(NRDI_GUIDE), NRDI_IN(OUT_SPEC_SH1), NRDI_WRITE_PREV(NRDI_SPEC_TRACK), NRDI_STOP } },
+        { "post-blur 1", "reblur_stabilization_specular_sh", NRDI_IF_BLUR, 0, 0, 1,
+          { NRDI_READ(NRDI_GUIDE), NRDI_READ(NRDI_SPEC_TRACK), NRDI_STABILIZATION_OF(SPEC, SPEC_SH0, NRDI_GUIDE), NRDI_READ_PREV(NRDI_SPEC_TRACK), NRDI_OUT(OUT_SPEC_SH1), NRDI_STOP } },
+        { "post-blur 2", "reblur_blur_specular_sh", NRDI_IF_BLUR, 0, 0, 2,
+          { NRDI_READ(NRDI_GUIDE), NRDI_READ(NRDI_SPEC_TRACK), NRDI_BLUR_OF(SPEC, SPEC_SH0, NRDI_GUIDE), NRDI_IN(OUT_SPEC_SH1), NRDI_WRITE_PREV(NRDI_SPEC_TRACK), NRDI_WRITE(NRDI_SPEC_SH_HISTORY), NRDI_STOP } },
         { "stabilization", "reblur_stabilization_specular_sh", NRDI_ALWAYS, 0, 0, 3,
           { NRDI_READ(NRDI_GUIDE), NRDI_READ(NRDI_SPEC_TRACK), NRDI_STABILIZATION_OF(SPEC, SPEC_SH0, NRDI_GUIDE), NRDI_READ_PREV(NRDI_SPEC_TRACK), NRDI_OUT(OUT_SPEC_SH1), NRDI_STOP } },
         NRDI_SPLIT_SCREEN_OF(SPEC_SH0, " (SH0)"), NRDI_SPLIT_SCREEN_OF(SPEC_SH1, " (SH1)") } },
@@ -923,12 +923,12 @@ static const nrdi_denoiser_row nrdi_rows[] = {
         { "blur", "reblur_blur_diffuse_specular_sh", NRDI_ALWAYS, 0, 0, 0,
           { NRDI_READ(NRDI_GUIDE), NRDI_READ(NRDI_TRACK), NRDI_BLUR_OF(DIFF, DIFF_SH0, NRDI_GUIDE), NRDI_BLUR_OF(SPEC, SPEC_SH0, NRDI_TRACK),
             NRDI_IN(OUT_DIFF_SH1), NRDI_IN(OUT_SPEC_SH1), NRDI_WRITE(NRDI_SH), NRDI_WRITE(NRDI_DIFF_SH_HISTORY), NRDI_WRITE(NRDI_SPEC_SH_HISTORY), NRDI_STOP } },
-        { "post-blur 1", "reblur_post_blur_to_out_diffuse_specular_sh", NRDI_IF_BLUR, 0, 0, 1,
-          { NRDI_READ(NRDI_GUIDE), NRDI_READ(NRDI_TRACK), NRDI_READ_PREV(NRDI_GUIDE), NRDI_OUT(OUT_DIFF_SH0), NRDI_READ_PREV(NRDI_TRACK), NRDI_OUT(OUT_SPEC_SH0),
+        { "post-blur 1", "reblur_stabilization_diffuse_specular_sh", NRDI_IF_BLUR, 0, 0, 1,
+          { NRDI_READ(NRDI_GUIDE), NRDI_READ(NRDI_TRACK), NRDI_STABILIZATION_OF(DIFF, DIFF_SH0, NRDI_GUIDE), NRDI_STABILIZATION_OF(SPEC, SPEC_SH0, NRDI_TRACK),
             NRDI_READ(NRDI_SH), NRDI_OUT(OUT_DIFF_SH1), NRDI_OUT(OUT_SPEC_SH1), NRDI_STOP } },
-        { "post-blur 2", "reblur_post_blur_from_out_diffuse_specular_sh", NRDI_IF_BLUR, 0, 0, 2,
-          { NRDI_READ(NRDI_GUIDE), NRDI_READ(NRDI_TRACK), NRDI_IN(OUT_DIFF_SH0), NRDI_WRITE_PREV(NRDI_GUIDE), NRDI_IN(OUT_SPEC_SH0), NRDI_WRITE_PREV(NRDI_TRACK),
-            NRDI_IN(OUT_DIFF_SH1), NRDI_IN(OUT_SPEC_SH1), NRDI_WRITE(NRDI_SH), NRDI_STOP } },
+        { "post-blur 2", "reblur_blur_diffuse_specular_sh", NRDI_IF_BLUR, 0, 0, 2,
+          { NRDI_READ(NRDI_GUIDE), NRDI_READ(NRDI_TRACK), NRDI_BLUR_OF(DIFF, DIFF_SH0, NRDI_GUIDE), NRDI_BLUR_OF(SPEC, SPEC_SH0, NRDI_TRACK),
+            NRDI_IN(OUT_DIFF_SH1), NRDI_IN(OUT_SPEC_SH1), NRDI_WRITE(NRDI_SH), NRDI_WRITE(NRDI_DIFF_SH_HISTORY), NRDI_WRITE(NRDI_SPEC_SH_HISTORY), NRDI_STOP } },
         { "stabilization", "reblur_stabilization_diffuse_specular_sh", NRDI_ALWAYS, 0, 0, 3,
           { NRDI_READ(NRDI_GUIDE), NRDI_READ(NRDI_TRACK), NRDI_STABILIZATION_OF(DIFF, DIFF_SH0, NRDI_GUIDE), NRDI_STABILIZATION_OF(SPEC, SPEC_SH0, NRDI_TRACK),
             NRDI_READ(NRDI_SH), NRDI_OUT(OUT_DIFF_SH1), NRDI_OUT(OUT_SPEC_SH1), NRDI_STOP } },
@@ -1403,6 +1403,8 @@ static const nrdi_reduction nrdi_reductions[] = {
     { NRD_DENOISER_REBLUR_DIFFUSE_SPECULAR, NRD_ABSENT_DIFFUSE, NRD_DENOISER_REBLUR_SPECULAR },
     { NRD_DENOISER_REBLUR_DIFFUSE_SPECULAR_OCCLUSION, NRD_ABSENT_SPECULAR, NRD_DENOISER_REBLUR_DIFFUSE_OCCLUSION },
     { NRD_DENOISER_REBLUR_DIFFUSE_SPECULAR_OCCLUSION, NRD_ABSENT_DIFFUSE, NRD_DENOISER_REBLUR_SPECULAR_OCCLUSION },
+    { NRD_DENOISER_REBLUR_DIFFUSE_SPECULAR_SH, NRD_ABSENT_SPECULAR, NRD_DENOISER_REBLUR_DIFFUSE_SH },
+    { NRD_DENOISER_REBLUR_DIFFUSE_SPECULAR_SH, NRD_ABSENT_DIFFUSE, NRD_DENOISER_REBLUR_SPECULAR_SH },
 };
 
 static nrd_denoiser nrdi_reduce(nrd_denoiser denoiser, uint32_t absent)
@@ -1554,7 +1556,7 @@ static void nrdi_add_texture(nrd *n, nrdi_state *s, uint32_t index)
 static uint32_t nrdi_find_pipeline(nrd *n, const nrdi_pass_row *pass)
 {
     uint32_t i = 0;
-    while (i < n->info.pipeline_count && strcmp(n->pipelines[i].shader, pass->shader) != 0) i++;
+    while (i < n->info.pipeline_count && (strcmp(n->pipelines[i].shader, pass->shader) != 0 || n->pipelines[i].spec_constants[4] != pass->iteration)) i++;
     if (i < n->info.pipeline_count) return i;
     nrd_pipeline *p = &n->pipelines[n->info.pipeline_count++];
     nrd_access *access = n->accesses + (size_t)i * NRDI_MAX_USES;
@@ -1566,6 +1568,7 @@ static uint32_t nrdi_find_pipeline(nrd *n, const nrdi_pass_row *pass)
     p->spec_constants[1] = n->desc.roughness_encoding;
     p->spec_constants[2] = n->desc.features;
     p->spec_constants[3] = n->desc.absent;
+    p->spec_constants[4] = pass->iteration;
     if (p->binding_count > n->info.max_bindings) n->info.max_bindings = p->binding_count;
     return i;
 }
@@ -2214,23 +2217,24 @@ nrd_result nrd_get_dispatches(nrd *n, const uint32_t *identifiers, uint32_t iden
 
 /* ---------------------------------------------------------------------------------------------------------------------------
    What is left out  >>explanation */
-/* Module, nanoseconds per pixel on NRD_DEVICE_DATACENTER: `nrd-bench --denoiser NAME --size 2560x1440 --costs`. */
-typedef struct nrdi_pass_cost { const char *shader; float ns_per_pixel; } nrdi_pass_cost;
+/* Module, iteration of the spatial filter, nanoseconds per pixel on NRD_DEVICE_DATACENTER: `nrd-bench --denoiser NAME --size 2560x1440 --costs`. */
+typedef struct nrdi_pass_cost { const char *shader; uint32_t iteration; float ns_per_pixel; } nrdi_pass_cost;
 static const nrdi_pass_cost nrdi_pass_costs[] = {
-    { "reblur_temporal_accumulation_diffuse", 0.0317f }, { "reblur_blur_diffuse", 0.0339f }, { "reblur_post_blur_to_out_diffuse", 0.0182f },
-    { "reblur_post_blur_from_out_diffuse", 0.0247f }, { "reblur_stabilization_diffuse", 0.0285f }, { "reblur_lighting_change", 0.0038f },
-    { "reblur_temporal_accumulation_specular", 0.0781f }, { "reblur_blur_specular", 0.0391f }, { "reblur_post_blur_to_out_specular", 0.0228f },
-    { "reblur_post_blur_from_out_specular", 0.0309f }, { "reblur_stabilization_specular", 0.0355f },
-    { "reblur_temporal_accumulation_diffuse_specular", 0.1107f }, { "reblur_blur_diffuse_specular", 0.0591f },
-    { "reblur_post_blur_to_out_diffuse_specular", 0.0271f }, { "reblur_post_blur_from_out_diffuse_specular", 0.0391f },
-    { "reblur_stabilization_diffuse_specular", 0.0496f },
-    { "reblur_diffuse_occlusion_accumulation", 0.0453f }, { "reblur_diffuse_occlusion_blur", 0.0323f }, { "reblur_diffuse_occlusion_post_blur", 0.0304f },
+    { "reblur_temporal_accumulation_diffuse", 0, 0.0317f }, { "reblur_blur_diffuse", 0, 0.0339f }, { "reblur_stabilization_diffuse", 1, 0.0182f },
+    { "reblur_blur_diffuse", 2, 0.0247f }, { "reblur_stabilization_diffuse", 3, 0.0285f }, { "reblur_lighting_change", 0, 0.0038f },
+    { "reblur_temporal_accumulation_specular", 0, 0.0781f }, { "reblur_blur_specular", 0, 0.0391f }, { "reblur_stabilization_specular", 1, 0.0228f },
+    { "reblur_blur_specular", 2, 0.0309f }, { "reblur_stabilization_specular", 3, 0.0355f },
+    { "reblur_temporal_accumulation_diffuse_specular", 0, 0.1107f }, { "reblur_blur_diffuse_specular", 0, 0.0591f },
+    { "reblur_stabilization_diffuse_specular", 1, 0.0271f }, { "reblur_blur_diffuse_specular", 2, 0.0391f },
+    { "reblur_stabilization_diffuse_specular", 3, 0.0496f },
+    { "reblur_diffuse_occlusion_accumulation", 0, 0.0453f }, { "reblur_diffuse_occlusion_blur", 0, 0.0323f }, { "reblur_diffuse_occlusion_post_blur", 1, 0.0304f },
 };
 
-static float nrdi_pass_us(const nrd_desc *desc, const char *shader)
+static float nrdi_pass_us(const nrd_desc *desc, const nrdi_pass_row *pass)
 {
     for (size_t i = 0; i < sizeof nrdi_pass_costs / sizeof nrdi_pass_costs[0]; i++)
-        if (strcmp(nrdi_pass_costs[i].shader, shader) == 0) return nrdi_pass_costs[i].ns_per_pixel * 1e-3f * (float)desc->width * (float)desc->height;
+        if (strcmp(nrdi_pass_costs[i].shader, pass->shader) == 0 && nrdi_pass_costs[i].iteration == pass->iteration)
+            return nrdi_pass_costs[i].ns_per_pixel * 1e-3f * (float)desc->width * (float)desc->height;
     return 0;
 }
 
@@ -2281,7 +2285,7 @@ static float nrdi_row_us(const nrd_desc *desc, const nrdi_denoiser_row *row)
 {
     float sum = 0;
     uint32_t passes = nrdi_declared_passes(row, desc);
-    for (uint32_t p = 0; p < nrdi_pass_count(row); p++) sum += passes >> p & 1u ? nrdi_pass_us(desc, row->passes[p].shader) : 0;
+    for (uint32_t p = 0; p < nrdi_pass_count(row); p++) sum += passes >> p & 1u ? nrdi_pass_us(desc, &row->passes[p]) : 0;
     return sum;
 }
 
@@ -2305,7 +2309,7 @@ static void nrdi_explain_passes(const nrd *n, const nrdi_state *s, uint32_t on, 
         bool exists = (declared >> p & 1u) != 0;
         const char *why = exists ? nrdi_why_not(&n->desc, pass->condition, on) : nrdi_why_never(pass, possible);
         nrd_explanation item = { "pass", pass->name, (uint32_t)(s - n->states), why == NULL, why,
-                                 exists ? 0 : nrdi_saved_bytes(n, s->row, p, declared), nrdi_pass_us(&n->desc, pass->shader) };
+                                 exists ? 0 : nrdi_saved_bytes(n, s->row, p, declared), nrdi_pass_us(&n->desc, pass) };
         nrdi_offer(search, item);
     }
 }

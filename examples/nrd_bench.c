@@ -273,7 +273,8 @@ static bool print_plan(const options *o)
 static void print_cost(const options *o, const nrd_vk_timing *timing, float us)
 {
     const nrd_info *info = nrd_get_info(denoiser);
-    printf("    { \"%s\", %.4ff },\n", info->pipelines[info->passes[timing->pass].pipeline].shader, 1e3 * us / ((double)o->width * o->height));
+    const nrd_pipeline *pipeline = &info->pipelines[info->passes[timing->pass].pipeline];
+    printf("    { \"%s\", %u, %.4ff },\n", pipeline->shader, pipeline->spec_constants[4], 1e3 * us / ((double)o->width * o->height));
 }
 
 static bool bench(const options *o)

@@ -82,13 +82,14 @@ others=$(echo "$denoisers" | sed '/^REBLUR_DIFFUSE$/d; /^SIGMA_SHADOW$/d; s/^/-D
 report $? "NRD_ONLY_ of two denoisers is NRD_NO_ of the others: $two bytes"
 
 # ---- pipelines
-modules="reblur_temporal_accumulation_diffuse_specular reblur_blur_diffuse_specular reblur_post_blur_to_out_diffuse_specular
-         reblur_stabilization_diffuse_specular reblur_diffuse_specular_occlusion_accumulation reblur_diffuse_specular_occlusion_blur
+modules="reblur_temporal_accumulation_diffuse_specular reblur_blur_diffuse_specular reblur_stabilization_diffuse_specular:1
+         reblur_stabilization_diffuse_specular:3 reblur_diffuse_specular_occlusion_accumulation reblur_diffuse_specular_occlusion_blur
          sigma_accumulation sigma_blur"
 
-count() { # module, nrd_desc.absent: instructions after specialization
-    spirv-opt --target-env=vulkan1.1 "--set-spec-const-default-value=0:0 1:0 2:0 3:$2" --freeze-spec-const --fold-spec-const-op-composite \
-        --unify-const -O "$build/spv/$1.spv" -o "$work/module.spv" > "$work/log" 2>&1 && spirv-dis --raw-id "$work/module.spv" | grep -c '^ *\(%.* = \)\{0,1\}Op'
+count() { # module or module:iteration, nrd_desc.absent: instructions after specialization
+    case $1 in *:*) iteration=${1#*:} ;; *) iteration=0 ;; esac
+    spirv-opt --target-env=vulkan1.1 "--set-spec-const-default-value=0:0 1:0 2:0 3:$2 4:$iteration" --freeze-spec-const --fold-spec-const-op-composite \
+        --unify-const -O "$build/spv/${1%:*}.spv" -o "$work/module.spv" > "$work/log" 2>&1 && spirv-dis --raw-id "$work/module.spv" | grep -c '^ *\(%.* = \)\{0,1\}Op'
 }
 
 if ! command -v spirv-opt > /dev/null || ! command -v spirv-dis > /dev/null; then

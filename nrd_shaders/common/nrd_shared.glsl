@@ -39,7 +39,8 @@
     X(NORMAL_FORMAT, 0) \
     X(ROUGHNESS_FORMAT, 1) \
     X(FEATURES, 2) \
-    X(ABSENT, 3)
+    X(ABSENT, 3) \
+    X(ITERATION, 4)   /* of the spatial filter: one module serves several passes */
 
 /* The constant block of every pass (uniform buffer, binding 0, std140 = C layout): X(type, name).
    Only mat4, vec4 and 32-bit scalars, every vec4 on a multiple of 16 bytes. World space is relative to the current camera. */

@@ -3,6 +3,9 @@
    First, dense step of the edge-avoiding wavelet filter. It has no luma weight: it pools the variance that later steps need, and
    rescues short histories with looser geometry. Part of the result returns to history (recurrent blur): fully while history is
    short, then less and less, so that nothing is blurred twice for long.
+   Also the third step (SPEC_ITERATION 2: post-blur 2), which goes the same way, from OUT to the packed intermediate: a sparse one, guided by
+   the variance that the first has pooled: where the average is already certain, or the neighbour is certainly different, nothing is
+   mixed. Not fed back: history stays sharp.
    A-trous: H. Dammertz et al., HPG 2010; pooled moments and feedback of the first step: C. Schied et al., HPG 2017. */
 #version 450
 #extension GL_GOOGLE_include_directive : require
@@ -50,6 +53,9 @@ vec4 load_color(int s, ivec2 p) { OF_SIGNAL(s, return texelFetch(in_diff, p, 0),
 vec4 load_change(int s, vec2 px) { OF_SIGNAL(s, return sample_tiles(in_diff_tile, px, rect_size()), return sample_tiles(in_spec_tile, px, rect_size())) }
 void store_history(int s, ivec2 p, vec4 v) { OF_SIGNAL(s, imageStore(out_diff_history, p, v), imageStore(out_spec_history, p, v)) }
 void store_color(int s, ivec2 p, uvec2 v) { OF_SIGNAL(s, imageStore(out_diff, p, uvec4(v, 0u, 0u)), imageStore(out_spec, p, uvec4(v, 0u, 0u))) }
+
+const bool CROSS = false;
+#include "atrous.glsl"
 
 struct Sums {
     vec3 color;
@@ -110,12 +116,9 @@ void store(ivec2 pixel, int signal, vec4 color, Sums s, float frames, vec4 chang
     store_color(signal, pixel, pack_texel(clamp(vec4(filtered, sigma), -65504.0, 65504.0)));
 }
 
-void main()
+/* The first step. */
+void blur(ivec2 pixel, uvec2 guide)
 {
-    ivec2 pixel = ivec2(gl_GlobalInvocationID.xy);
-    if (!in_rect(pixel)) return;
-    uvec2 guide = texelFetch(in_guide, pixel, 0).xy;
-    if (guide_is_sky(guide.x)) return;
     float frames[SIGNALS];
     vec4 change[SIGNALS], color[SIGNALS];
     Sums sums[SIGNALS];
@@ -148,4 +151,25 @@ void main()
     UNROLL for (int s = 0; s < SIGNALS; s++) store(pixel, s, color[s], sums[s], frames[s], change[s]);
     SH_ONLY(UNROLL for (int s = 0; s < SIGNALS; s++) mix_lights(pixel, s, color[s].x, sums[s], c.receiver, frames[s]);)
     SH_ONLY(store_lights(pixel);)
+}
+
+/* The third step. */
+void post_blur(ivec2 pixel, uvec2 guide)
+{
+    vec4 color[SIGNALS];
+    UNROLL for (int s = 0; s < SIGNALS; s++) color[s] = load_color(s, pixel);
+    SH_ONLY(load_lights(pixel, lights);)
+    atrous(make_center(pixel, guide, 1.0, TRACKED(pixel)), color);
+    UNROLL for (int s = 0; s < SIGNALS; s++) store_color(s, pixel, pack_texel(color[s]));
+    SH_ONLY(store_lights(pixel);)
+}
+
+void main()
+{
+    ivec2 pixel = ivec2(gl_GlobalInvocationID.xy);
+    if (!in_rect(pixel)) return;
+    uvec2 guide = texelFetch(in_guide, pixel, 0).xy;
+    if (guide_is_sky(guide.x)) return;
+    if (SPEC_ITERATION == 0u) blur(pixel, guide);
+    else post_blur(pixel, guide);
 }

@@ -2,6 +2,7 @@
    Writes  the output, stabilised luma.
    Last sparse step of the wavelet filter, then the luma is pulled towards last frame's output as far as the difference can be noise:
    the filter knows its own deviation, so no neighbourhood is needed to tell. Does not enter the colour history.
+   Also the second step (SPEC_ITERATION 1: post-blur 1), which goes the same way, from the packed intermediate to OUT, and is the sparsest.
    Self-stabilisation: D. Zhdan, GTC 2020; clamping history to what the new frame allows: B. Karis, "High Quality Temporal
    Supersampling", SIGGRAPH 2014. */
 #version 450
@@ -37,7 +38,7 @@ void store_stabilized(int s, ivec2 p, vec4 v) { OF_SIGNAL(s, imageStore(out_diff
 void store_color(int s, ivec2 p, vec4 v) { OF_SIGNAL(s, imageStore(out_diff, p, v), imageStore(out_spec, p, v)) }
 #define SH_FIRST (FIRST + 4 * HAS_DIFFUSE + 4 * HAS_SPECULAR)
 #include "light_textures.glsl"
-const bool CROSS = false;
+const bool CROSS = SPEC_ITERATION == 1u;
 #include "atrous.glsl"
 
 /* Frames added to the length of the stabilised luma: first frames are noisy, and what changes between them is seen as flicker. 0 to 8
@@ -97,5 +98,10 @@ void main()
     }
     SH_ONLY(load_lights(pixel, lights);)
     if (is_filtering()) atrous(make_center(pixel, guide, 1.0, tracks[SIGNALS - 1].hit_dist), color);
+    if (SPEC_ITERATION == 1u) {
+        UNROLL for (int s = 0; s < SIGNALS; s++) store_color(s, pixel, round_half(color[s]));
+        SH_ONLY(store_lights(pixel);)
+        return;
+    }
     UNROLL for (int s = 0; s < SIGNALS; s++) finish(pixel, guide, s, tracks[s], color[s]);
 }
