@@ -11,7 +11,15 @@
 #include "frame_fixture.h"
 
 /* Which signal of a REBLUR denoiser the rig feeds and looks at. */
-#ifdef RIG_SPECULAR
+#if defined(RIG_SH) && defined(RIG_SPECULAR)
+#define RIG_DENOISER NRD_DENOISER_REBLUR_SPECULAR_SH
+#define RIG_RADIANCE NRD_RESOURCE_IN_SPEC_SH0
+#define RIG_OUT NRD_RESOURCE_OUT_SPEC_SH0
+#elif defined(RIG_SH)
+#define RIG_DENOISER NRD_DENOISER_REBLUR_DIFFUSE_SH
+#define RIG_RADIANCE NRD_RESOURCE_IN_DIFF_SH0
+#define RIG_OUT NRD_RESOURCE_OUT_DIFF_SH0
+#elif defined(RIG_SPECULAR)
 #define RIG_DENOISER NRD_DENOISER_REBLUR_SPECULAR
 #define RIG_RADIANCE NRD_RESOURCE_IN_SPEC_RADIANCE_HITDIST
 #define RIG_OUT NRD_RESOURCE_OUT_SPEC_RADIANCE_HITDIST
@@ -50,6 +58,7 @@ typedef struct rig {
     nrd_reblur_settings settings;
     uint32_t index;
     pose camera, camera_prev;
+    float roughness;            /* of every surface; 1 unless changed */
     scene *scene;
     hit *hits;                  /* rect_width x rect_height, of the last frame */
     float *mv, *view_z;
@@ -76,7 +85,8 @@ static inline VkFormat rig_format(nrd_resource resource)
     case NRD_RESOURCE_IN_NORMAL_ROUGHNESS: return VK_FORMAT_A2B10G10R10_UNORM_PACK32;
     case NRD_RESOURCE_IN_DIFF_CONFIDENCE: case NRD_RESOURCE_IN_SPEC_CONFIDENCE: case NRD_RESOURCE_IN_DISOCCLUSION_THRESHOLD_MIX:
     case NRD_RESOURCE_IN_VIEWZ: return VK_FORMAT_R32_SFLOAT;
-    case NRD_RESOURCE_IN_DIFF_RADIANCE_HITDIST: case NRD_RESOURCE_IN_SPEC_RADIANCE_HITDIST: case NRD_RESOURCE_IN_DIFF_DIRECTION_HITDIST: return VK_FORMAT_R16G16B16A16_SFLOAT;
+    case NRD_RESOURCE_IN_DIFF_RADIANCE_HITDIST: case NRD_RESOURCE_IN_SPEC_RADIANCE_HITDIST: case NRD_RESOURCE_IN_DIFF_DIRECTION_HITDIST:
+    case NRD_RESOURCE_IN_DIFF_SH0: case NRD_RESOURCE_IN_DIFF_SH1: case NRD_RESOURCE_IN_SPEC_SH0: case NRD_RESOURCE_IN_SPEC_SH1: return VK_FORMAT_R16G16B16A16_SFLOAT;
     case NRD_RESOURCE_IN_DIFF_HITDIST: case NRD_RESOURCE_IN_SPEC_HITDIST: case NRD_RESOURCE_IN_PENUMBRA: return VK_FORMAT_R16_SFLOAT;
     case NRD_RESOURCE_IN_TRANSLUCENCY: return VK_FORMAT_R8G8B8A8_UNORM;
     case NRD_RESOURCE_IN_SIGNAL: return VK_FORMAT_R32G32B32A32_SFLOAT;
@@ -137,6 +147,7 @@ static inline void rig_open_with(rig *r, gpu *device, nrd_denoiser denoiser, uin
     r->frame = nrd_frame_defaults();
     r->frame.denoising_range = RIG_RANGE;
     r->settings = nrd_reblur_defaults();
+    r->roughness = 1;
     r->camera = r->camera_prev = pose_at(0, 0, 0);
     rig_create_arrays(r);
 }
@@ -187,7 +198,7 @@ static inline void rig_put_guides(rig *r)
             *h = r->scene(&r->camera, u, v, r->index);
             float normal[3] = { (float)h->normal[0], (float)h->normal[1], (float)h->normal[2] };
             r->view_z[at] = (float)h->depth * (r->camera.right_handed ? -1 : 1);
-            r->normal[at] = pack_normal_roughness(normal, 1, h->material);
+            r->normal[at] = pack_normal_roughness(normal, r->roughness, h->material);
             rig_put_motion(r, h, u, v, &r->mv[4 * at]);
         }
 }

@@ -507,6 +507,32 @@ static void occlusion_of_traced_captures_is_within_bounds(void **state)
     }
 }
 
+/* Captures of the path tracer, as the occlusion test has left them; light that the first bounce brings, so that its direction is known. */
+static void own_normals_of_traced_captures_lower_the_error(void **state)
+{
+    double error[2], bias[2];
+    static const char *const names[2] = { "reblur_diffuse", "reblur_diffuse_sh" };
+    (void)state;
+    succeed(run("nrd-render", "interior traced_sh --size 160x120 --frames 12 --ref 128 --direct bsdf --paths 4"));
+    for (int i = 0; i < 2; i++) {
+        succeed(run("nrd-denoise", "--denoiser %s traced_sh out_%s", names[i], names[i]));
+        succeed(run("nrd-score", "traced_sh out_%s --json", names[i]));
+        error[i] = json_number("\"denoised\":{", "\"relMSEtrimmed\"");
+        bias[i] = json_number("\"denoised\":{", "\"bias\"");
+    }
+    print_message("interior: trimmed relMSE %.4f plain, %.4f under own normals; bias %+.4f, %+.4f\n", error[0], error[1], bias[0], bias[1]);
+    assert_true(error[1] < error[0]);
+    assert_true(fabs(bias[1] - bias[0]) < 0.02);
+}
+
+static void directions_that_are_missing_are_named(void **state)
+{
+    (void)state;
+    assert_int_not_equal(run("nrd-denoise", "--denoiser reblur_diffuse_sh moving out_no_directions"), 0);
+    assert_non_null(strstr(errors, "channel diffuse.dir.X is missing"));
+    assert_false(exists("out_no_directions"));
+}
+
 static void a_cut_forgets_the_history(void **state)
 {
     (void)state;
@@ -565,6 +591,9 @@ static void the_validation_layers_have_nothing_to_say(void **state)
     if (!gpu_validation_available())
         skip();
     succeed(run("nrd-denoise", "--denoiser reblur_diffuse,reference --signal specular --validate --frames 0:3 moving out_valid"));
+    succeed(run("nrd-denoise", "--denoiser reblur_diffuse_specular_sh --validate --frames 0:3 --set diffuse_prepass_blur_radius=8"
+                " --set specular_prepass_blur_radius=8 --set split_screen=0.3 traced_sh out_valid_sh"));
+    succeed(run("nrd-denoise", "--denoiser reblur_diffuse_sh,reblur_specular_sh --validate --frames 0:3 traced_sh out_valid_sh_two"));
     capture denoised = read_frame("out_valid", 3);
     assert_true(capture_find_plane(&denoised, "denoised.diffuse.R") && capture_find_plane(&denoised, "denoised.specular.R"));
     assert_true(fabsf(capture_find_plane(&denoised, "denoised.specular.R")[PIXELS - 1] - CORNER_SPECULAR) < 1e-3f);
@@ -586,6 +615,8 @@ int main(void)
         cmocka_unit_test(ambient_occlusion_is_written_when_it_is_that_of_the_format),
         cmocka_unit_test(hit_distances_of_another_scale_are_no_ambient_occlusion),
         cmocka_unit_test(occlusion_of_traced_captures_is_within_bounds),
+        cmocka_unit_test(own_normals_of_traced_captures_lower_the_error),
+        cmocka_unit_test(directions_that_are_missing_are_named),
         cmocka_unit_test(a_cut_forgets_the_history),
         cmocka_unit_test(settings_reach_the_denoiser),
         cmocka_unit_test(the_times_of_every_pass_are_written),

@@ -32,7 +32,7 @@ struct Receiver {
 
 const float LEAST_COSINE = 0.2;      /* of light to the normal: light along the surface says little about other normals */
 const float LEAST_LOBE = 0.01;       /* squared width of the specular lobe below which stored normals are too coarse */
-const float NOISE = 2.0;             /* squared deviations of noise that a direction must exceed */
+const float NOISE = 2.0;             /* squared deviations of noise that a direction must exceed; 1 to 6 tried: less adds noise to glossy bumps */
 const float FILTERED_SAMPLES = 4.0;  /* samples per frame of history, once the first filter has pooled them */
 const float LARGEST_TURN = 0.5;      /* by one average, of luma; 0.3 to 3 tried: more recovers a little more and is brighter (3: by 13 %), as turns are skewed */
 
@@ -48,16 +48,21 @@ void add_light(inout LightSums s, vec4 light, float luma, vec3 normal, float w)
 /* What of a mean over `count` samples is more than their noise, of which each has `variance`: [0,1]. */
 float certain_share(float squared, float variance, float count) { return clamp(1.0 - NOISE * variance / (max(count, 1.0) * squared + 1e-12), 0.0, 1.0); }
 
-/* Derivative of ln D of GGX by the cosine between normal and half vector, times that cosine's change from the mean to the own normal
-   (B. Walter et al., "Microfacet Models for Refraction through Rough Surfaces", EGSR 2007). */
+/* The gradient of a lobe's mean is the mean half vector's way from the mean normal over the variance of half vectors about their normal, if
+   light varies smoothly; a single direction has that of ln D of GGX, 4 over the squared way in its tails. What goes along the mean normal
+   counts as far as light comes from a single direction, as in diffuse_turn. Half vectors of GGX: B. Walter et al., "Microfacet Models
+   for Refraction through Rough Surfaces", EGSR 2007, equation 35. */
 float specular_turn(Receiver r, vec3 moment, vec3 mean_normal, float count)
 {
+    float alpha = r.roughness * r.roughness, width = clamp(alpha * alpha, LEAST_LOBE, 0.99), narrow = 1.0 - width;
+    float variance = 0.5 * width * (-log(width) - narrow) / (narrow * narrow);   /* along either tangent */
     vec3 direction = moment * inversesqrt(dot(moment, moment) + 1e-30) + r.view;
     vec3 half_vector = direction * inversesqrt(dot(direction, direction) + 1e-12);
-    float alpha = r.roughness * r.roughness, width = max(alpha * alpha, LEAST_LOBE), cosine = clamp(dot(mean_normal, half_vector), 0.0, 1.0);
-    vec3 across = half_vector - mean_normal * (dot(half_vector, mean_normal) / dot(mean_normal, mean_normal));
-    across *= certain_share(dot(across, across), width, count);
-    return 4.0 * (1.0 - width) * cosine / (cosine * cosine * (width - 1.0) + 1.0) * dot(across, r.normal);
+    float size = length(mean_normal), along = dot(half_vector, mean_normal) / max(size, 1e-6);
+    vec3 axis = mean_normal / max(size, 1e-6), across = half_vector - axis * along;
+    across *= certain_share(dot(across, across), 2.0 * variance, count);
+    float aside = dot(across, across), single = aside / (aside + variance);
+    return narrow / (variance + 0.25 * aside) * (dot(across, r.normal) + single * along * (dot(axis, r.normal) - size));
 }
 
 /* Takes the light for one part from everywhere, whose mean direction follows the normals (2/3 of the mean normal under a cosine lobe), and

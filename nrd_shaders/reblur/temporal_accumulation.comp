@@ -138,15 +138,15 @@ vec4 noisy_light(ivec2 pixel, int signal, float luma)
     return relative_light(nrd_is_finite(noisy.xyz) ? noisy.xyz : vec3(0.0), blurred ? noisy.w * luma : luma, luma);
 }
 
-/* Share of its gain that history loses per frame: with 0 errors of turns add up (8 % too bright on bricks under a moving camera), more than
-   0.5 forgets detail. 0 to 0.5 tried. */
-const float GAIN_LEAK = 0.5;
+/* Share of its gain that history loses per frame. 0 to 0.5 tried: with none errors of turns add up (8 % too bright on bricks under a moving
+   camera), more forgets detail under motion. */
+const float GAIN_LEAK = 0.25, SPECULAR_GAIN_LEAK = 0.5;
 
 /* What the history's light is on the pixel's own normal. */
 void turn_history(inout History h, Receiver r, int signal)
 {
     float turn = own_normal_turn(r, signal, h.light.moment, h.color.x, h.light.normal, FILTERED_SAMPLES * h.frames);
-    h.light.resolved = mix(h.light.resolved, h.color.x, GAIN_LEAK) + h.color.x * turn;
+    h.light.resolved = mix(h.light.resolved, h.color.x, signal == SPECULAR_SIGNAL ? SPECULAR_GAIN_LEAK : GAIN_LEAK) + h.color.x * turn;
 }
 
 /* The same average as of colours. */
