@@ -132,7 +132,7 @@ static inline void stage_run(stage *s, uint32_t index, void (*before)(VkCommandB
     stage_upload(s, index);
     for (int i = 0; i < NRD_RESOURCE_COUNT; i++) {
         const gpu_image *image = &s->images[i];
-        nrd_vk_image given = { (nrd_resource)i, image->image, image->view, image->format, image->width, image->height, image->layout, image->layout, 0, 0 };
+        nrd_vk_image given = { (nrd_resource)i, image->image, image->view, image->format, image->width, image->height, image->layout, image->layout, 0, 0, 0 };
         if (image->view) list[record.image_count++] = given;
     }
     assert_int_equal(nrd_set_frame(s->instance, &frame), NRD_RESULT_OK);

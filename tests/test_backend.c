@@ -185,12 +185,12 @@ static void set_random_settings(nrd *instance, spy *s, uint32_t frame)
         for (uint32_t k = 0; nrd_get_setting(denoiser, k, &setting); k++) {
             uint32_t what = below(100 + frame, 32 * i + k, 4);
             double at = what == 1 ? 0 : what == 2 ? 1 : random_at(current_seed, 200 + frame, 32 * i + k);
-            if (what) put_setting(&settings, &setting, setting.min + at * (setting.max - setting.min));
+            if (what) setting_put(&setting, &settings, setting.min + at * (setting.max - setting.min));
         }
         if (nrd_set_settings(instance, info->denoisers[i].identifier, &settings) == NRD_RESULT_OK) continue;
         assert_non_null(strstr(s->text, "features lacks"));
         for (uint32_t k = 0; nrd_get_setting(denoiser, k, &setting); k++)
-            if (strstr(setting.name, "prepass")) put_setting(&settings, &setting, 0);
+            if (strstr(setting.name, "prepass")) setting_put(&setting, &settings, 0);
         assert_int_equal(nrd_set_settings(instance, info->denoisers[i].identifier, &settings), NRD_RESULT_OK);
     }
 }
