@@ -42,9 +42,9 @@
    shared belong to the family of the command buffer before and after.
 
    MEMORY
-   Host: one block, taken in nrd_vk_create, and a small one for each resize. Device: three blocks (history, scratch of one frame, constants), each one
-   vkAllocateMemory or one call of the app's allocate_memory. Scratch images with disjoint lifetimes share memory; the app may
-   lend that block to others between two nrd_vk_record. Recording allocates nothing.
+   Host: one block, taken in nrd_vk_create, and a small one for each resize. Device: three blocks (history, scratch of one frame,
+   constants), each one vkAllocateMemory or one call of the app's allocate_memory. Scratch images with disjoint lifetimes share memory;
+   the app may lend that block to others between two nrd_vk_record. Recording allocates nothing.
 
    ERRORS AND THREADS
    As in nrd.h: nrd_result, one line to nrd_desc.message, a call that fails records nothing and leaves no object behind. One
