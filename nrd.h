@@ -2138,7 +2138,7 @@ static void nrdi_add_dispatch(nrd *n, nrdi_state *s, uint32_t pass, uint32_t con
     d->binding_count = nrdi_use_count(live->row);
     for (uint32_t u = 0; u < d->binding_count; u++) bindings[u] = nrdi_resolve(n, s, &live->row->uses[u], conditions);
     for (uint32_t u = 0; u < d->binding_count; u++)
-        if (bindings[u].access == NRD_ACCESS_WRITE && bindings[u].resource == NRD_RESOURCE_INTERNAL) s->written |= nrdi_written_bit(s, live->row->uses[u].what);
+        if (bindings[u].access == NRD_ACCESS_WRITE && bindings[u].resource == NRD_RESOURCE_INTERNAL) s->written |= nrdi_written_bit(s, nrdi_bound(&live->row->uses[u], conditions));
     d->constants = &s->constants;
     d->push[0] = nrdi_step(s->constants.max_blur_radius, live->row->iteration);
     d->push[1] = live->row->iteration;
