@@ -31,6 +31,7 @@
    jitter       in pixels: the ray of pixel p went through p + 0.5 + jitter.
    radiance     linear, not exposed, demodulated: divided by the material factors of nrd_material_factors() in nrd.glsl.
    hit distance from the primary hit to the next hit, world units, packed by nrd_pack_radiance_hit_dist() in nrd.glsl.
+   direction    of a path's first ray, world space, unit length, from the surface, packed with radiance by nrd_pack_sh() (the denoisers named SH).
    penumbra     half width at the receiver, world units, from one ray to the light; 0: faces away; 65504: the ray arrived (nrd_pack_penumbra()).
    units        lengths in world units; defaults assume metres.
 

@@ -161,7 +161,7 @@ refused_by is_in_sources < "$work/names"
 report $? "$(wc -l < "$work/names") nrd_ and NRD_ names"
 
 is_resource() { grep -qE "^    X\($1, " nrd.h; }
-grep -oE '\b(IN|OUT)_[A-Z_]+' README.md | sort -u > "$work/names"
+grep -oE '\b(IN|OUT)_[A-Z0-9_]+' README.md | sort -u > "$work/names"
 refused_by is_resource < "$work/names"
 report $? "$(wc -l < "$work/names") resources"
 
