@@ -209,7 +209,7 @@ static void misuse_gives_one_line_and_leaves_nothing(void **state)
         { "--denoiser reblur_diffuse moving absent/out", "cannot create the folder" },
         { "--denoiser reblur_diffuse --csv absent/times.csv moving out", "absent/times.csv: cannot write" },
         { "--denoiser reblur_diffuse --info --size 0x9", "--size needs WIDTHxHEIGHT" },
-        { "--denoiser reblur_diffuse --info moving", "--info takes no folders" },
+        { "--denoiser reblur_diffuse --info moving", "--info and --explain take no folders" },
     };
     (void)state;
     for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
