@@ -2218,24 +2218,40 @@ nrd_result nrd_get_dispatches(nrd *n, const uint32_t *identifiers, uint32_t iden
 
 /* ---------------------------------------------------------------------------------------------------------------------------
    What is left out  >>explanation */
-/* Module, iteration of the spatial filter, nanoseconds per pixel on NRD_DEVICE_DATACENTER: `nrd-bench --denoiser NAME --size 2560x1440 --costs`. */
-typedef struct nrdi_pass_cost { const char *shader; uint32_t iteration; float ns_per_pixel; } nrdi_pass_cost;
+/* Nanoseconds per pixel of a pass on NRD_DEVICE_DATACENTER: `nrd-bench --denoiser NAME --size 2560x1440 --costs 1` prints these rows. */
+typedef struct nrdi_pass_cost { nrd_denoiser denoiser; const char *pass; float ns_per_pixel; } nrdi_pass_cost;
+#define NRDI_PASS_COST(denoiser, pass, ns) { NRD_DENOISER_##denoiser, pass, ns },
 static const nrdi_pass_cost nrdi_pass_costs[] = {
-    { "reblur_temporal_accumulation_diffuse", 0, 0.0317f }, { "reblur_blur_diffuse", 0, 0.0339f }, { "reblur_stabilization_diffuse", 1, 0.0182f },
-    { "reblur_blur_diffuse", 2, 0.0247f }, { "reblur_stabilization_diffuse", 3, 0.0285f }, { "reblur_lighting_change", 0, 0.0038f },
-    { "reblur_temporal_accumulation_specular", 0, 0.0781f }, { "reblur_blur_specular", 0, 0.0391f }, { "reblur_stabilization_specular", 1, 0.0228f },
-    { "reblur_blur_specular", 2, 0.0309f }, { "reblur_stabilization_specular", 3, 0.0355f },
-    { "reblur_temporal_accumulation_diffuse_specular", 0, 0.1107f }, { "reblur_blur_diffuse_specular", 0, 0.0591f },
-    { "reblur_stabilization_diffuse_specular", 1, 0.0271f }, { "reblur_blur_diffuse_specular", 2, 0.0391f },
-    { "reblur_stabilization_diffuse_specular", 3, 0.0496f },
-    { "reblur_diffuse_occlusion_accumulation", 0, 0.0453f }, { "reblur_diffuse_occlusion_blur", 0, 0.0323f }, { "reblur_diffuse_occlusion_post_blur", 1, 0.0304f },
+    NRDI_PASS_COST(REBLUR_DIFFUSE, "temporal accumulation", 0.0317f)
+    NRDI_PASS_COST(REBLUR_DIFFUSE, "lighting change", 0.0038f)
+    NRDI_PASS_COST(REBLUR_DIFFUSE, "blur", 0.0339f)
+    NRDI_PASS_COST(REBLUR_DIFFUSE, "post-blur 1", 0.0182f)
+    NRDI_PASS_COST(REBLUR_DIFFUSE, "post-blur 2", 0.0247f)
+    NRDI_PASS_COST(REBLUR_DIFFUSE, "stabilization", 0.0285f)
+    NRDI_PASS_COST(REBLUR_SPECULAR, "temporal accumulation", 0.0781f)
+    NRDI_PASS_COST(REBLUR_SPECULAR, "lighting change", 0.0038f)
+    NRDI_PASS_COST(REBLUR_SPECULAR, "blur", 0.0391f)
+    NRDI_PASS_COST(REBLUR_SPECULAR, "post-blur 1", 0.0228f)
+    NRDI_PASS_COST(REBLUR_SPECULAR, "post-blur 2", 0.0309f)
+    NRDI_PASS_COST(REBLUR_SPECULAR, "stabilization", 0.0355f)
+    NRDI_PASS_COST(REBLUR_DIFFUSE_SPECULAR, "temporal accumulation", 0.1107f)
+    NRDI_PASS_COST(REBLUR_DIFFUSE_SPECULAR, "lighting change (diffuse)", 0.0038f)
+    NRDI_PASS_COST(REBLUR_DIFFUSE_SPECULAR, "lighting change (specular)", 0.0035f)
+    NRDI_PASS_COST(REBLUR_DIFFUSE_SPECULAR, "blur", 0.0591f)
+    NRDI_PASS_COST(REBLUR_DIFFUSE_SPECULAR, "post-blur 1", 0.0271f)
+    NRDI_PASS_COST(REBLUR_DIFFUSE_SPECULAR, "post-blur 2", 0.0391f)
+    NRDI_PASS_COST(REBLUR_DIFFUSE_SPECULAR, "stabilization", 0.0496f)
+    NRDI_PASS_COST(REBLUR_DIFFUSE_OCCLUSION, "temporal accumulation", 0.0453f)
+    NRDI_PASS_COST(REBLUR_DIFFUSE_OCCLUSION, "blur", 0.0323f)
+    NRDI_PASS_COST(REBLUR_DIFFUSE_OCCLUSION, "post-blur", 0.0304f)
 };
 
-static float nrdi_pass_us(const nrd_desc *desc, const nrdi_pass_row *pass)
+static float nrdi_pass_us(const nrd_desc *desc, nrd_denoiser denoiser, const char *pass)
 {
-    for (size_t i = 0; i < sizeof nrdi_pass_costs / sizeof nrdi_pass_costs[0]; i++)
-        if (strcmp(nrdi_pass_costs[i].shader, pass->shader) == 0 && nrdi_pass_costs[i].iteration == pass->iteration)
-            return nrdi_pass_costs[i].ns_per_pixel * 1e-3f * (float)desc->width * (float)desc->height;
+    for (size_t i = 0; i < sizeof nrdi_pass_costs / sizeof nrdi_pass_costs[0]; i++) {
+        const nrdi_pass_cost *cost = &nrdi_pass_costs[i];
+        if (cost->denoiser == denoiser && strcmp(cost->pass, pass) == 0) return cost->ns_per_pixel * 1e-3f * (float)desc->width * (float)desc->height;
+    }
     return 0;
 }
 
@@ -2282,11 +2298,12 @@ static uint64_t nrdi_row_bytes(const nrd_desc *desc, const nrdi_denoiser_row *ro
     return bytes;
 }
 
-static float nrdi_row_us(const nrd_desc *desc, const nrdi_denoiser_row *row)
+static float nrdi_row_us(const nrd_desc *desc, nrd_denoiser denoiser)
 {
     float sum = 0;
+    const nrdi_denoiser_row *row = nrdi_row_of(denoiser);
     uint32_t passes = nrdi_declared_passes(row, desc);
-    for (uint32_t p = 0; p < nrdi_pass_count(row); p++) sum += passes >> p & 1u ? nrdi_pass_us(desc, &row->passes[p]) : 0;
+    for (uint32_t p = 0; p < nrdi_pass_count(row); p++) sum += passes >> p & 1u ? nrdi_pass_us(desc, denoiser, row->passes[p].name) : 0;
     return sum;
 }
 
@@ -2298,7 +2315,7 @@ static void nrdi_explain_signal(const nrd *n, const nrdi_state *s, nrdi_search *
     if (!whole || whole == s->row) return;
     nrd_explanation item = { "signal", diffuse ? "diffuse" : "specular", (uint32_t)(s - n->states), false,
                              diffuse ? "nrd_desc.absent has NRD_ABSENT_DIFFUSE" : "nrd_desc.absent has NRD_ABSENT_SPECULAR",
-                             nrdi_row_bytes(&n->desc, whole) - nrdi_row_bytes(&n->desc, s->row), nrdi_row_us(&n->desc, whole) - nrdi_row_us(&n->desc, s->row) };
+                             nrdi_row_bytes(&n->desc, whole) - nrdi_row_bytes(&n->desc, s->row), nrdi_row_us(&n->desc, s->denoiser) - nrdi_row_us(&n->desc, nrdi_reduce(s->denoiser, n->desc.absent)) };
     nrdi_offer(search, item);
 }
 
@@ -2310,7 +2327,7 @@ static void nrdi_explain_passes(const nrd *n, const nrdi_state *s, uint32_t on, 
         bool exists = (declared >> p & 1u) != 0;
         const char *why = exists ? nrdi_why_not(&n->desc, pass->condition, on) : nrdi_why_never(pass, possible);
         nrd_explanation item = { "pass", pass->name, (uint32_t)(s - n->states), why == NULL, why,
-                                 exists ? 0 : nrdi_saved_bytes(n, s->row, p, declared), nrdi_pass_us(&n->desc, pass) };
+                                 exists ? 0 : nrdi_saved_bytes(n, s->row, p, declared), nrdi_pass_us(&n->desc, nrdi_reduce(s->denoiser, n->desc.absent), pass->name) };
         nrdi_offer(search, item);
     }
 }

@@ -272,9 +272,14 @@ static bool print_plan(const options *o)
 
 static void print_cost(const options *o, const nrd_vk_timing *timing, float us)
 {
+    static const char *const names[] = {
+#define LIST_NAME(name, text, settings) #name,
+        NRD_DENOISERS(LIST_NAME)
+#undef LIST_NAME
+    };
     const nrd_info *info = nrd_get_info(denoiser);
-    const nrd_pipeline *pipeline = &info->pipelines[info->passes[timing->pass].pipeline];
-    printf("    { \"%s\", %u, %.4ff },\n", pipeline->shader, pipeline->spec_constants[4], 1e3 * us / ((double)o->width * o->height));
+    nrd_denoiser of = info->denoisers[info->passes[timing->pass].denoiser].denoiser;
+    printf("    NRDI_PASS_COST(%s, \"%s\", %.4ff)\n", names[of], timing->name, 1e3 * us / ((double)o->width * o->height));
 }
 
 static bool bench(const options *o)

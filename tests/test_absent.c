@@ -6,6 +6,10 @@
 #include "stage.h"
 
 enum { FRAMES = 4 };
+enum { /* ids */
+#define SPEC_ID(name, id) SPEC_##name = id,
+    NRD_SPEC_CONSTANTS(SPEC_ID)
+};
 
 /* Runs a (which needs everything) and b side by side. */
 static void compare(stage *a, stage *b, const char *what)
@@ -143,7 +147,7 @@ static void no_absence_adds_a_pass_or_a_byte(void **state)
             nrd *lean = create(&t, (nrd_denoiser)d, absent);
             assert_true(bytes_of(nrd_get_info(lean)) <= bytes_of(nrd_get_info(full)));
             assert_in_range(nrd_get_info(lean)->pass_count, 1, nrd_get_info(full)->pass_count);
-            for (uint32_t p = 0; p < nrd_get_info(lean)->pipeline_count; p++) assert_int_equal(nrd_get_info(lean)->pipelines[p].spec_constants[3], absent);
+            for (uint32_t p = 0; p < nrd_get_info(lean)->pipeline_count; p++) assert_int_equal(nrd_get_info(lean)->pipelines[p].spec_constants[SPEC_ABSENT], absent);
             if (absent & NRD_ABSENT_MOTION) assert_false(nrd_uses_resource(lean, NRD_RESOURCE_IN_MV));
             nrd_destroy(lean);
         }
