@@ -226,7 +226,7 @@ static bool parse(program *p, int argc, char **argv)
     opt->desc.settings = opt->settings;
     opt->desc.setting_count = opt->set_count;
     if (opt->info || opt->explain)
-        return !opt->in || fail(p, "", "--info and --explain take no folders");
+        return !opt->in || fail(p, opt->info ? "--info" : "--explain", " takes no folders");
     return (opt->in && opt->out) || fail(p, "", "needs an input and an output folder; try --help");
 }
 

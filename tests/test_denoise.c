@@ -209,7 +209,10 @@ static void misuse_gives_one_line_and_leaves_nothing(void **state)
         { "--denoiser reblur_diffuse moving absent/out", "cannot create the folder" },
         { "--denoiser reblur_diffuse --csv absent/times.csv moving out", "absent/times.csv: cannot write" },
         { "--denoiser reblur_diffuse --info --size 0x9", "--size needs WIDTHxHEIGHT" },
-        { "--denoiser reblur_diffuse --info moving", "--info and --explain take no folders" },
+        { "--denoiser reblur_diffuse --info moving", "--info takes no folders" },
+        { "--denoiser reblur_diffuse --explain moving", "--explain takes no folders" },
+        { "--denoiser reblur_diffuse --explain=xml", "--explain=xml: formats are text, json and dot" },
+        { "--denoiser reblur_diffuse --absent fog --explain", "fog: --absent needs names, separated by commas, of: diffuse specular motion" },
     };
     (void)state;
     for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
@@ -227,11 +230,15 @@ static void without_vulkan_the_line_says_so(void **state)
     setenv("VK_DRIVER_FILES", "/nonexistent.json", 1);
     int status = run("nrd-denoise", "--denoiser reblur_diffuse moving out");
     expect_one_line("nrd-denoise: ", "cannot open a Vulkan device");
+    int explain_status = run("nrd-denoise", "--denoiser reblur_diffuse --explain=json --absent motion --set split_screen=0.5");
+    bool explained = strstr(output, "\"name\": \"split screen\", \"kept\": true") && strstr(output, "\"name\": \"IN_MV\", \"kept\": false");
     int info_status = run("nrd-denoise", "--denoiser reblur_diffuse,reference --info --size 640x360");
     unsetenv("VK_ICD_FILENAMES");
     unsetenv("VK_DRIVER_FILES");
     assert_int_not_equal(status, 0);
     assert_false(exists("out"));
+    assert_int_equal(explain_status, 0);
+    assert_true(explained);
     succeed(info_status);
     assert_non_null(strstr(output, "temporal accumulation"));
     assert_non_null(strstr(output, "MiB"));
