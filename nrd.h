@@ -651,7 +651,6 @@ typedef struct nrdi_denoiser_row {
 #define NRDI_LINEAR_IF(r, condition, other) { (uint8_t)NRD_RESOURCE_##r, NRD_ACCESS_READ_LINEAR, condition, (uint8_t)NRD_RESOURCE_##other }
 #define NRDI_OUT(r) { (uint8_t)NRD_RESOURCE_##r, NRD_ACCESS_WRITE, 0, 0 }
 #define NRDI_READ(t) { NRDI_TEXTURE(t), NRD_ACCESS_READ, 0, 0 }
-#define NRDI_LINEAR(t) { NRDI_TEXTURE(t), NRD_ACCESS_READ_LINEAR, 0, 0 }
 #define NRDI_WRITE(t) { NRDI_TEXTURE(t), NRD_ACCESS_WRITE, 0, 0 }
 #define NRDI_READ_PREV(t) { NRDI_PREVIOUS(t), NRD_ACCESS_READ, 0, 0 }
 #define NRDI_READ_PREV_IF(t, condition) { NRDI_PREVIOUS(t), NRD_ACCESS_READ, condition, NRDI_TEXTURE(t) }
