@@ -249,13 +249,19 @@ static double bytes_per_pixel(const options *o)
     return bytes / ((double)o->width * o->height);
 }
 
-static uint32_t spirv_bytes(const nrd_info *info)
+typedef struct modules { uint32_t count, bytes; } modules;
+
+/* Each once, however many pipelines it makes. */
+static modules count_modules(const nrd_info *info)
 {
-    uint32_t bytes = 0;
-    for (uint32_t p = 0; p < info->pipeline_count; p++)
-        for (uint32_t i = 0; i < nrd_spirv_count; i++)
-            if (!strcmp(nrd_spirv_table[i].name, info->pipelines[p].shader)) bytes += nrd_spirv_table[i].size_bytes;
-    return bytes;
+    modules sum = { 0, 0 };
+    for (uint32_t i = 0; i < nrd_spirv_count; i++) {
+        bool used = false;
+        for (uint32_t p = 0; p < info->pipeline_count; p++) used |= !strcmp(nrd_spirv_table[i].name, info->pipelines[p].shader);
+        sum.count += used;
+        sum.bytes += used ? nrd_spirv_table[i].size_bytes : 0;
+    }
+    return sum;
 }
 
 /* Passes and pipelines that a frame of these settings runs, out of those that there are. */
@@ -265,8 +271,9 @@ static bool print_plan(const options *o)
     const nrd_dispatch *dispatches;
     uint32_t count;
     if (!set_frame(0) || nrd_get_dispatches(denoiser, NULL, 0, &dispatches, &count)) return false;
-    printf("plan: %s, %ux%u: %u passes, %u modules, %.1f kB SPIR-V, %.1f MB\n", o->names, o->width, o->height, count, info->pipeline_count,
-           spirv_bytes(info) * 1e-3, (double)(info->permanent_bytes + info->transient_bytes) * 1e-6);
+    modules made_of = count_modules(info);
+    printf("plan: %s, %ux%u: %u passes, %u modules, %.1f kB SPIR-V, %.1f MB\n", o->names, o->width, o->height, count, made_of.count,
+           made_of.bytes * 1e-3, (double)(info->permanent_bytes + info->transient_bytes) * 1e-6);
     return true;
 }
 
