@@ -1,10 +1,12 @@
 /* nrd-stress: tries to break every denoiser, and holds each to the guarantees that README.md states.
 
-   nrd-stress [--all] [--only SUBJECT] [--denoiser NAME] [--device N] [--quiet] [--seed N] [--cases N] [--frames N] [--set KEY=VALUE] [--dump FILE] [--compare FILE] [--plant FAULT]
+   nrd-stress [--all] [--only SUBJECT] [--denoiser NAME] [--device N] [--validate] [--quiet] [--markdown]
+              [--seed N] [--cases N] [--frames N] [--set KEY=VALUE] [--dump FILE] [--compare FILE] [--plant FAULT]
    nrd-stress --self-test [--only SUBJECT]
    Prints one row per case, denoiser and guarantee: ok or FAIL, what was measured, and the most that is allowed; then the worst of each
-   guarantee. --all: the long suite. --dump writes what the denoisers give on this device, --compare holds it against a file of another. --plant: spoils what the denoisers give, to see that the guarantees notice; --self-test does so with every fault. Exit status: 0 all kept,
-   1 one broken, 2 not run. */
+   guarantee. --all: the long suite. --validate: under the validation layer. --markdown: the guarantees as a table for README.md.
+   --dump writes what the denoisers give on this device, --compare holds it against a file of another. --plant: spoils what the denoisers
+   give, to see that the guarantees notice; --self-test does so with every fault. Exit status: 0 all kept, 1 one broken, 2 not run. */
 #define NRD_IMPLEMENTATION
 #define NRD_VK_IMPLEMENTATION
 #include "nrd_vk.h"
@@ -50,13 +52,15 @@ static bool parse_setting(const char *text, stress *s)
     return s->set_count < sizeof s->set / sizeof s->set[0] && setting_parse(text, all, NRD_DENOISER_COUNT, &s->set[s->set_count++], error, sizeof error);
 }
 
-static int parse(int argc, char **argv, stress *s, int *device, const char **only, bool *self_test)
+static int parse(int argc, char **argv, stress *s, int *device, const char **only, bool *self_test, bool *validate)
 {
     long number;
     for (int i = 1; i < argc; i++) {
         const char *option = argv[i];
         if (!strcmp(option, "--all")) { s->everything = true; continue; }
         if (!strcmp(option, "--self-test")) { *self_test = true; continue; }
+        if (!strcmp(option, "--markdown")) { s->markdown = true; continue; }
+        if (!strcmp(option, "--validate")) { *validate = true; continue; }
         if (!strcmp(option, "--quiet")) { s->quiet = true; continue; }
         const char *value = cli_value(argc, argv, &i);
         if (!value) return cli_fail("nrd-stress", "%s is unknown or lacks its value", option);
@@ -88,7 +92,8 @@ static void print_guarantee(const stress *s, guarantee g)
     }
     if (worst_denoiser < 0) return;
     const worst *w = &s->worst[g][worst_denoiser];
-    printf("%-15s %10.3g of %-8.3g %5u checks; worst: %s, %s\n", guarantee_name(g), w->measured, guarantee_limit(g), checks, nrd_denoiser_name((nrd_denoiser)worst_denoiser), w->of);
+    if (s->markdown) printf("| %s | %.3g | %.2g | %s: %s |\n", guarantee_text(g), guarantee_limit(g), w->measured, nrd_denoiser_name((nrd_denoiser)worst_denoiser), w->of);
+    else printf("%-15s %10.3g of %-8.3g %5u checks; worst: %s, %s\n", guarantee_name(g), w->measured, guarantee_limit(g), checks, nrd_denoiser_name((nrd_denoiser)worst_denoiser), w->of);
 }
 
 static void run_subjects(stress *s, const char *only)
@@ -149,14 +154,16 @@ int main(int argc, char **argv)
     static stress s;
     int device = 0, status;
     bool self_test = false;
+    gpu_desc desc = { .device_index = 0 };
     const char *only = NULL;
     char error[256];
     s.last = (nrd_denoiser)(NRD_DENOISER_COUNT - 1);
-    if (parse(argc, argv, &s, &device, &only, &self_test)) return 2;
-    gpu_desc desc = { .device_index = device };
+    if (parse(argc, argv, &s, &device, &only, &self_test, &desc.validation)) return 2;
+    desc.device_index = device;
     if (!gpu_open(&s.device, &desc, error, sizeof error)) return cli_fail("nrd-stress", "%s", error), 2;
     if (self_test) status = test_self(&s, only);
     else run_subjects(&s, only), status = report(&s);
+    if (gpu_message_count(&s.device)) status = cli_fail("nrd-stress", "%u validation messages", gpu_message_count(&s.device));
     gpu_close(&s.device);
     if (s.compare) fclose(s.compare);
     if (s.dump && fclose(s.dump)) return cli_fail("nrd-stress", "the file of --dump cannot be written"), 2;

@@ -73,6 +73,7 @@ typedef struct stress {
     gpu device;
     bool everything;     /* test-long */
     bool quiet, silent;  /* only what fails is printed; nothing is */
+    bool markdown;
     uint32_t seed, frames, cases;
     fault fault;
     setting_value set[16];    /* on top of the defaults */
