@@ -3,8 +3,12 @@
 #define TEXEL_GLSL
 
 /* The nearest half, on the bits, because image stores and packHalf2x16 truncate on some devices. For abs(v) up to 65504; leaner than
-   nrd_round_to_half: ties go away from zero, and denormal halves are left to the store. */
-vec4 round_half(vec4 v) { return uintBitsToFloat((floatBitsToUint(v) + 0x1000u) & 0xffffe000u); }
+   nrd_round_to_half: ties go away from zero. Adding 0.75 leaves no more than the steps of 2^-24 that denormal halves have (below 6e-5). */
+vec4 round_half(vec4 v)
+{
+    precise vec4 raised = v + 0.75, steps = raised - 0.75;
+    return uintBitsToFloat((floatBitsToUint(steps) + 0x1000u) & 0xffffe000u);
+}
 
 uvec2 pack_texel(vec4 v)
 {
@@ -17,7 +21,9 @@ vec4 unpack_texel(uvec2 t) { return vec4(unpackHalf2x16(t.x), unpackHalf2x16(t.y
    stand still under rounding to nearest. What is a half already stays. random: [0, 1). */
 vec4 dither_to_half(vec4 v, float random)
 {
-    return uintBitsToFloat((floatBitsToUint(v) + uint(random * 8192.0)) & 0xffffe000u);
+    vec4 normal = uintBitsToFloat((floatBitsToUint(v) + uint(random * 8192.0)) & 0xffffe000u);
+    vec4 denormal = floor(v * 16777216.0 + random) * (1.0 / 16777216.0);   /* in steps of 2^-24 */
+    return mix(normal, denormal, lessThan(abs(v), vec4(1.0 / 16384.0)));
 }
 
 #endif
