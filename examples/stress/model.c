@@ -22,7 +22,8 @@ static double reg(const model *m, model_pass pass, double v) { return m->single 
 
 static double store(const model *m, model_pass pass, double v)
 {
-    return m->half >> pass & 1u ? number_of((bits_of((float)v) + 0x1000u) & 0xffffe000u) : v;
+    float raised = (float)v + 0.75f;
+    return m->half >> pass & 1u ? number_of((bits_of(raised - 0.75f) + 0x1000u) & 0xffffe000u) : v;
 }
 
 static double store_dithered(const model *m, model_pass pass, double v, double random)

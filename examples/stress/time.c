@@ -87,7 +87,7 @@ static void long_run(stress *s, rig *r, noise_kind noise, double level, const ch
     ring g;
     char of[64];
     bool sparse = noise == NOISE_SPARSE;
-    uint32_t frames = s->frames ? s->frames : s->everything && !sparse ? LONG_FRAMES : QUICK_FRAMES;
+    uint32_t frames = s->frames ? s->frames : s->everything && noise == NOISE_UNIFORM && level == 1 ? LONG_FRAMES : QUICK_FRAMES;
     begin(r, (uint32_t)(0 - frames / 2));   /* frame_index wraps on the way */
     ring_make(&g, r, noise, level, s->seed);
     run_ring(r, &g, SETTLE);
@@ -250,11 +250,15 @@ static void averaging(stress *s, rig *r, uint32_t frames)
 
 static bool is_guided(const rig *r) { return r->texels[NRD_RESOURCE_IN_VIEWZ] != NULL; }
 
+static const struct { noise_kind noise; double level; const char *name; } runs[] = {
+    { NOISE_UNIFORM, 1, "noise" }, { NOISE_UNIFORM, 1e-5, "noise of 1e-5" }, { NOISE_SPARSE, 1, "sparse noise" },
+    { NOISE_UNIFORM, 1e-6, "noise of 1e-6" }, { NOISE_UNIFORM, 1e-3, "noise of 1e-3" }, { NOISE_UNIFORM, 3e4, "noise of 3e4" },   /* the long suite alone */
+};
+
 static void run_denoiser(stress *s, rig *r)
 {
     static const double counts[] = { 0, 1, 31, 62, 63 };
-    long_run(s, r, NOISE_UNIFORM, 1, "noise");
-    if (!is_unit(r)) long_run(s, r, NOISE_SPARSE, 1, "sparse noise");
+    for (size_t i = 0; i < (is_unit(r) || is_shadow(r) ? 1 : s->everything ? sizeof runs / sizeof runs[0] : 3); i++) long_run(s, r, runs[i].noise, runs[i].level, runs[i].name);
     if (!is_shadow(r)) limit_cycles(s, r, 0.7);
     if (!is_guided(r)) return;
     for (size_t i = 0; i < sizeof counts / sizeof counts[0]; i++) lengths(s, r, counts[i]);
