@@ -278,6 +278,7 @@ static void call_create(caller *c, dice *d)
     desc.denoiser_count = throw_chance(d, 0.9) ? 1 + throw_of(d, 3) : throw_of(d, 2) * 65;
     desc.features = throw_chance(d, 0.9) ? throw_of(d, NRD_FEATURE_ALL + 1) : throw_of(d, 0xffffffffu);
     desc.normal_encoding = throw_of(d, 6);
+    desc.absent = throw_chance(d, 0.7) ? 0 : throw_of(d, NRD_ABSENT_ALL + 2);
     if (throw_chance(d, 0.05)) desc.denoisers = NULL;
     for (uint32_t i = 0; i < 3; i++) {
         c->list[i].identifier = throw_of(d, 5);
@@ -289,6 +290,11 @@ static void call_create(caller *c, dice *d)
     if (!made) return;
     nrd_destroy(c->instance);
     c->instance = made;
+}
+
+static void call_resize(caller *c, dice *d)
+{
+    judge_call(c, nrd_resize(c->instance, throw_chance(d, 0.8) ? 1 + throw_of(d, 64) : throw_of(d, 0xffffffffu), 1 + throw_of(d, 64)));
 }
 
 static void call_destroy(caller *c, dice *d)
@@ -341,7 +347,7 @@ static void call_get_dispatches(caller *c, dice *d)
 /* Any call after any other, with an instance or without: an answer out of the list, and a message wherever there is an instance. */
 static void fuzz_calls(stress *s, uint32_t calls)
 {
-    static void (*const any[])(caller *, dice *) = { call_create, call_destroy, call_set_frame, call_set_settings, call_get_dispatches, call_get_dispatches };
+    static void (*const any[])(caller *, dice *) = { call_create, call_destroy, call_set_frame, call_set_settings, call_resize, call_get_dispatches, call_get_dispatches };
     dice d = { s->seed, 0xca11, 0 };
     caller c;
     memset(&c, 0, sizeof c);

@@ -363,7 +363,8 @@ static nrd_result record(rig *r, VkCommandBuffer cmd, uint32_t slot, const gpu_i
         const gpu_image *image = &r->images[i];
         for (uint32_t s = 0; noisy && s < r->signal_count; s++)
             if (r->signals[s].in == (nrd_resource)i) image = &noisy[s];
-        nrd_vk_image given = { (nrd_resource)i, image->image, image->view, image->format, image->width, image->height, image->layout, image->layout, 0, 0, 0 };
+        nrd_vk_image given = { .resource = (nrd_resource)i, .image = image->image, .view = image->view, .format = image->format, .width = image->width,
+                               .height = image->height, .layout_in = image->layout, .layout_out = image->layout };
         if (image->view) list[frame.image_count++] = given;
     }
     return nrd_vk_record(r->vk, cmd, &frame);

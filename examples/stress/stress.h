@@ -28,7 +28,7 @@
     X(LEAK, 0.01, "light of another surface that was there in the frame before, relative") \
     X(JUMP, 0.05, "error of the mean 64 frames after the light has jumped up or down by 1e6, relative") \
     X(RESIDUE, 0.001, "what is left of the light 64 frames after it went out") \
-    X(SPARSE_MEAN, 0.01, "error of the mean of noise that is 8 in one pixel of 8, relative") \
+    X(ROUGH_MEAN, 0.01, "error of the mean of noise that is 8 in one pixel of 8, and of noise of 1e-6, 17 steps of the smallest halves; relative") \
     X(CONSTANT, 0.001, "error of a constant picture, relative: one step of 16-bit floats") \
     X(CONSTANT_8_BIT, 0.004, "the same of occlusion: one step of 8 bits") \
     X(GRADIENT, 0.02, "error of a linear gradient without noise, 2 px from the picture's border on, relative") \
