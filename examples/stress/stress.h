@@ -12,16 +12,16 @@
 #define GUARANTEES(X) \
     X(FINITE, 0, "pixels that are not finite") \
     X(RANGE, 0.002, "output beyond the range of all inputs since the restart, relative, without antilag") \
-    X(ANTILAG_RANGE, 3, "the same with antilag, which may scale history by up to 4") \
-    X(OCCLUSION_RANGE, 0.05, "the same of occlusion, of the whole range: its antilag shifts history by what the mean of samples changes") \
+    X(ANTILAG_RANGE, 3, "output beyond that range with antilag, which may scale history by up to 4") \
+    X(OCCLUSION_RANGE, 0.05, "occlusion beyond that range: its antilag shifts history by what the mean of samples changes") \
     X(COLOUR, 0.01, "negative colour, hit distance beyond [0,1], direction longer than its length; of the luma") \
     X(UNTOUCHED, 0, "pixels of the sky or outside of the rectangle that were written") \
     X(REFUSALS, 0, "wrong calls that were accepted, or refused without naming what is wrong; right ones that were refused") \
-    X(MEAN, 0.002, "error of the mean over the picture and 61 frames of noise that repeat, relative; of occlusion and shadows here and below: of the whole range") \
-    X(SHADOW_MEAN, 0.02, "the same of shadows") \
+    X(MEAN, 0.002, "error of the mean over the picture and 61 frames of noise that repeat, relative; here and below occlusion and shadows: of 1") \
+    X(SHADOW_MEAN, 0.02, "error of that mean of shadows") \
     X(DRIFT, 0.002, "change of that mean in the course of a very long run") \
     X(STEADY, 0.001, "change from frame to frame of a constant picture after 2000 frames, relative") \
-    X(STEADY_8_BIT, 0.008, "the same of occlusion, which is rounded at random to 8 bits, of the whole range") \
+    X(STEADY_8_BIT, 0.008, "change from frame to frame of constant occlusion, which is rounded at random to 8 bits") \
     X(LENGTH, 0, "frames by which the length of history is off its maximum") \
     X(AVERAGING, 0.15, "deviation over that of the plain mean, minus 1: still view, no spatial filter") \
     X(FLICKER_MEAN, 0.05, "error of the mean in light that doubles every other frame, relative") \
@@ -30,28 +30,28 @@
     X(RESIDUE, 0.001, "what is left of the light 64 frames after it went out") \
     X(ROUGH_MEAN, 0.01, "error of the mean of noise that is 8 in one pixel of 8, and of noise of 1e-6, 17 steps of the smallest halves; relative") \
     X(CONSTANT, 0.001, "error of a constant picture, relative: one step of 16-bit floats") \
-    X(CONSTANT_8_BIT, 0.004, "the same of occlusion: one step of 8 bits") \
+    X(CONSTANT_8_BIT, 0.004, "error of constant occlusion: one step of 8 bits") \
     X(GRADIENT, 0.02, "error of a linear gradient without noise, 2 px from the picture's border on, relative") \
-    X(GRADIENT_8_BIT, 0.02, "the same of occlusion, of the whole range") \
+    X(GRADIENT_8_BIT, 0.02, "error of such a gradient of occlusion") \
     X(EDGE, 0.08, "error 4 pixels from a step from 0.1 to 1 on a plane without noise, relative") \
     X(EDGE_WIDTH, 1.4, "standard deviation of what such a step is spread over, px") \
-    X(EDGE_8_BIT, 0.03, "the same of occlusion, of the whole range") \
+    X(EDGE_8_BIT, 0.03, "error of occlusion 4 pixels from such a step") \
     X(ENERGY, 0.12, "energy that an isolated impulse loses or gains in the first frame") \
-    X(STILL_ENERGY, 0.25, "the same of a single pixel that stays lit for 40 frames") \
+    X(STILL_ENERGY, 0.25, "energy that a single pixel loses or gains that stays lit for 40 frames") \
     X(ARITHMETIC, 1e-5, "error of the picture when one pass computes in 32 bits, relative, by a double-precision model") \
-    X(STORAGE, 0.005, "the same when one pass stores 16 bits") \
+    X(STORAGE, 0.002, "error of the picture when one pass stores 16 bits, relative, by that model") \
     X(MODEL, 0.002, "device against the model with all rounding, relative, after 12 frames of noise") \
     X(VARIANCE, 0.02, "variance of filtered noise against that of the double-precision model, relative") \
     X(SENSE_SAMPLES, 0.002, "rms change of the picture when samples change by one step of a half (5e-4), of its mean") \
-    X(SENSE_MOTION, 0.02, "the same when motion changes by 0.01 px") \
-    X(SENSE_DEPTH, 0.02, "the same when depth changes by 0.1 %") \
-    X(SENSE_NORMALS, 0.04, "the same when normals change by a step of 10 bits") \
+    X(SENSE_MOTION, 0.02, "rms change when motion changes by 0.01 px") \
+    X(SENSE_DEPTH, 0.02, "rms change when depth changes by 0.1 %") \
+    X(SENSE_NORMALS, 0.04, "rms change when normals change by a step of 10 bits") \
     X(FLIPS, 0.01, "share of the pixels that change by more than 20 % of the picture's mean then") \
     X(REPEAT, 0, "values that differ when the same frames run again") \
     X(DEVICES, 0.01, "rms difference to another device, of the picture's mean") \
     X(DEVICES_FLIPS, 0.01, "share of the pixels that differ by more than 20 % of the picture's mean from another device's") \
     X(DENOISES, 0.5, "deviation that is left of the noise after 24 still frames") \
-    X(CORRELATED, 0.95, "the same of noise that is equal over 8x8 pixels, which looks like a change of light")
+    X(CORRELATED, 0.95, "deviation that is left of noise that is equal over 8x8 pixels, which looks like a change of light")
 typedef enum guarantee {
 #define GUARANTEE_MEMBER(name, limit, text) GUARANTEE_##name,
     GUARANTEES(GUARANTEE_MEMBER)
