@@ -297,6 +297,11 @@ static void call_resize(caller *c, dice *d)
     judge_call(c, nrd_resize(c->instance, throw_chance(d, 0.8) ? 1 + throw_of(d, 64) : throw_of(d, 0xffffffffu), 1 + throw_of(d, 64)));
 }
 
+static void call_cancel(caller *c, dice *d)
+{
+    if (throw_chance(d, 0.5)) nrd_cancel_dispatches(c->instance);
+}
+
 static void call_destroy(caller *c, dice *d)
 {
     if (throw_chance(d, 0.8)) return;
@@ -347,7 +352,7 @@ static void call_get_dispatches(caller *c, dice *d)
 /* Any call after any other, with an instance or without: an answer out of the list, and a message wherever there is an instance. */
 static void fuzz_calls(stress *s, uint32_t calls)
 {
-    static void (*const any[])(caller *, dice *) = { call_create, call_destroy, call_set_frame, call_set_settings, call_resize, call_get_dispatches, call_get_dispatches };
+    static void (*const any[])(caller *, dice *) = { call_create, call_destroy, call_set_frame, call_set_settings, call_resize, call_get_dispatches, call_cancel, call_get_dispatches };
     dice d = { s->seed, 0xca11, 0 };
     caller c;
     memset(&c, 0, sizeof c);
