@@ -211,7 +211,7 @@ static void lengths(stress *s, rig *r, double most_frames)
 {
     ring g;
     char of[64];
-    double worst = 0, expected = fmin(most_frames + 1, r->texels[NRD_RESOURCE_OUT_DIFF_RADIANCE_HITDIST] || r->texels[NRD_RESOURCE_OUT_SPEC_RADIANCE_HITDIST] ? 63.75 : 63);
+    double worst = 0, expected = fmin(most_frames + 1, is_unit(r) ? 63 : 63.75);
     begin(r, 3);
     if (!rig_set(r, "return_history_length_instead_of_occlusion", 1) || !rig_set(r, "max_accumulated_frames", most_frames)) return;
     ring_make(&g, r, NOISE_CONSTANT, 1, s->seed);
