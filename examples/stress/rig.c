@@ -129,6 +129,7 @@ void rig_close(rig *r)
     for (int i = 0; i < NRD_RESOURCE_COUNT; i++) {
         gpu_image_destroy(r->device, &r->images[i]);
         free(r->texels[i]);
+        free(r->sent[i]);
     }
     free(r->material);
     free(r->raw_normals);
@@ -272,6 +273,10 @@ void rig_upload(rig *r, nrd_resource resource)
 {
     size_t pixels = (size_t)r->width * r->height, size = gpu_format_size(format_of(resource));
     for (size_t i = 0; i < pixels; i++) pack_one(r, resource, i, (char *)r->packed + i * size);
+    bool sent = r->sent[resource] && memcmp(r->sent[resource], r->packed, pixels * size) == 0;
+    if (sent && is_input(resource)) return;
+    if (!r->sent[resource]) r->sent[resource] = array(pixels, size);
+    memcpy(r->sent[resource], r->packed, pixels * size);
     if (!gpu_upload(r->device, &r->images[resource], r->packed)) stress_die("%s", gpu_error(r->device));
 }
 
@@ -411,12 +416,20 @@ void rig_run_many(rig *r, uint32_t frames, gpu_image *const *inputs, uint32_t co
     }
 }
 
+static void forget_sent(rig *r, nrd_resource resource)
+{
+    free(r->sent[resource]);
+    r->sent[resource] = NULL;
+}
+
 gpu_image rig_make_input(rig *r, uint32_t signal)
 {
     gpu_image image, kept = r->images[r->signals[signal].in];
     if (!gpu_image_create(r->device, r->width, r->height, kept.format, "input", &image)) stress_die("%s", gpu_error(r->device));
     r->images[r->signals[signal].in] = image;
+    forget_sent(r, r->signals[signal].in);
     rig_upload(r, r->signals[signal].in);
+    forget_sent(r, r->signals[signal].in);
     image = r->images[r->signals[signal].in];
     r->images[r->signals[signal].in] = kept;
     return image;

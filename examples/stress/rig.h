@@ -76,7 +76,7 @@ struct rig {
     float *texels[NRD_RESOURCE_COUNT];         /* four per pixel: inputs to be uploaded, outputs as downloaded */
     uint8_t *material;
     uint32_t *raw_normals;                     /* instead of the packed normals where not NULL */
-    void *packed;
+    void *packed, *sent[NRD_RESOURCE_COUNT];   /* sent: what the images of inputs hold */
     char message[256];                         /* the last error */
     fault fault;
     uint32_t ran, downloads;                   /* frames since the reset; since the rig was opened */
