@@ -1906,16 +1906,17 @@ static nrdi_view nrdi_resolve_view(const nrd_camera *c, nrd_clip_y clip_y, uint3
     const float *p = c->view_to_clip, *w = c->world_to_view;
     double flip = nrdi_is_right_handed(p) ? -1 : 1;
     bool up = clip_y == NRD_CLIP_Y_AUTO ? p[5] > 0 : clip_y == NRD_CLIP_Y_UP;
+    double flips[3] = { 1, (p[5] > 0) == up ? 1 : -1, flip };   /* y of the view may point down the picture */
     for (int row = 0; row < 3; row++)
-        for (int k = 0; k < 3; k++) v.rotation[3 * row + k] = w[4 * k + row] * (row == 2 ? flip : 1);
-    double t[3] = { w[12], w[13], w[14] * flip };
+        for (int k = 0; k < 3; k++) v.rotation[3 * row + k] = w[4 * k + row] * flips[row];
+    double t[3] = { w[12], w[13] * flips[1], w[14] * flip };
     for (int k = 0; k < 3; k++) v.position[k] = -(v.rotation[k] * t[0] + v.rotation[3 + k] * t[1] + v.rotation[6 + k] * t[2]);
     v.orthographic = p[11] == 0;
     double cx = v.orthographic ? p[12] : p[8] * flip, cy = v.orthographic ? p[13] : p[9] * flip, sy = up ? 1 : -1;
     v.frustum[0] = (float)((-1 - cx) / p[0]);
-    v.frustum[1] = (float)((sy - cy) / p[5]);
+    v.frustum[1] = (float)((sy - cy) / p[5] * flips[1]);
     v.frustum[2] = (float)(2 / (double)p[0]);
-    v.frustum[3] = (float)(-2 * sy / p[5]);
+    v.frustum[3] = (float)(-2 * sy / p[5] * flips[1]);
     v.unproject = (float)(2 / (rect_height * fabs((double)p[5])));
     return v;
 }
