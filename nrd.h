@@ -94,7 +94,9 @@ extern "C" {
 #define NRD_FEATURE_DISOCCLUSION_THRESHOLD_MIX 2
 #define NRD_FEATURE_PREPASS                    4
 #define NRD_FEATURE_SPLIT_SCREEN               8
-#define NRD_FEATURE_ALL                        15
+#define NRD_FEATURE_CHECK                     64 /* counts what is wrong with the inputs: nrd_check_rule */
+#define NRD_FEATURE_VALIDATION               128 /* nrd_frame.validation draws inputs and histories into OUT_VALIDATION */
+#define NRD_FEATURE_ALL                      255
 
 /* What an app may promise in nrd_desc.absent; passes, textures, inputs and code that only this would need disappear. NRD_ABSENCES says
    what each means. */
@@ -127,8 +129,9 @@ extern "C" {
     X(vec4, frustum_prev) \
     X(vec4, motion_scale) \
     X(vec4, hit_distance)           /* A, B, C, D of nrd_hit_dist_scale */ \
-    X(vec4, jitter_delta)           /* xy: current - previous, px */ \
+    X(vec4, jitter_delta)           /* xy: current - previous, px; zw: current */ \
     X(vec4, light)                  /* view space: unit vector to a directional light (w 0), position of a local one (w 1); xyz 0: unknown */ \
+    X(vec4, camera)                 /* xyz: its world position */ \
     X(uint, rect_width) X(uint, rect_height) X(uint, rect_width_prev) X(uint, rect_height_prev) \
     X(uint, rect_origin_x) X(uint, rect_origin_y) X(uint, frame_index) X(uint, reset) \
     X(float, orthographic) X(float, orthographic_prev) X(float, pixel_unproject) X(float, view_z_scale) \
@@ -147,6 +150,38 @@ extern "C" {
 #define NRD_FLAG_PREPASS            16u
 #define NRD_FLAG_SPECULAR_PREPASS   64u
 #define NRD_FLAG_TILE_HISTORY       32u /* the previous frame has looked for lighting changes */
+
+#define NRD_FLAG_MATRIX_JITTER   65536u /* the principal point has moved by less than a pixel since the last frame */
+#define NRD_FLAG_FRAME_INDEX    131072u /* frame_index did not advance by 1 */
+
+/* What the input checker counts, X(name, index of the counter). */
+#define NRD_COUNTER_COUNT 80
+#define NRD_COUNTERS(X) \
+    /* how many pixels a rule can be asked of */ \
+    X(FRAMES, 0) X(PIXELS, 1) X(SURFACES, 2) X(PLANES, 3) X(MOVED, 4) X(STILL, 5) X(DEPTH_MOVED, 6) X(JITTERED, 7) \
+    X(FACING_LIGHT, 8) X(AWAY_FROM_LIGHT, 9) X(LIT_OR_FAR, 10) X(OCCLUDERS, 11) X(BLOCKED_TRIPLES, 12) X(LIT, 13) X(DIRECTIONS, 14) \
+    X(DIFF_BRIGHT, 15) X(DIFF_HITS, 16) X(SPEC_BRIGHT, 17) X(SPEC_HITS, 18) \
+    /* how many break it */ \
+    X(MATRIX_JITTER, 20) X(FRAME_INDEX, 21) X(VIEWZ_NOT_FINITE, 22) X(VIEWZ_ZERO, 23) X(VIEWZ_NEGATIVE, 24) X(SKY_IN_RANGE, 25) \
+    X(NORMAL_NOT_FINITE, 26) X(NORMAL_LENGTH, 27) X(NORMAL_AWAY, 28) X(NORMAL_PLANE, 29) X(MOTION_NOT_FINITE, 30) X(MOTION_CAMERA, 31) \
+    X(MOTION_STILL, 32) X(MOTION_DEPTH, 33) X(MOTION_JITTER, 34) \
+    X(DIFF_NOT_FINITE, 35) X(DIFF_NEGATIVE, 36) X(DIFF_HIT_NEGATIVE, 37) X(DIFF_HIT_RANGE, 38) X(DIFF_HIT_MISSING, 39) X(DIFF_HIT_PRIMARY, 40) \
+    X(SPEC_NOT_FINITE, 41) X(SPEC_NEGATIVE, 42) X(SPEC_HIT_NEGATIVE, 43) X(SPEC_HIT_RANGE, 44) X(SPEC_HIT_MISSING, 45) X(SPEC_HIT_PRIMARY, 46) \
+    X(DIRECTION_LENGTH, 47) X(DIRECTION_BELOW, 48) \
+    X(PENUMBRA_INVALID, 49) X(PENUMBRA_CODE, 50) X(PENUMBRA_ZERO, 51) X(PENUMBRA_AWAY, 52) X(PENUMBRA_MISS, 53) X(PENUMBRA_FROM_LIGHT, 54) \
+    X(PENUMBRA_FIRST_HIT, 55) X(TRANSLUCENCY_LIT, 56) \
+    /* how many would be right if ..: likely causes */ \
+    X(NORMAL_IF_NEGATED, 60) X(NORMAL_IF_X_FLIPPED, 61) X(NORMAL_IF_Y_FLIPPED, 62) X(NORMAL_IF_Z_FLIPPED, 63) X(NORMAL_IF_YZ_SWAPPED, 64) \
+    X(NORMAL_IF_VIEW_SPACE, 65) X(NORMAL_IF_TRANSPOSED, 66) \
+    X(MOTION_IF_NEGATED, 67) X(MOTION_IF_PIXELS, 68) X(MOTION_IF_CLIP, 69) X(MOTION_IF_CLIP_Y_DOWN, 70) X(MOTION_IF_Y_FLIPPED, 71) X(MOTION_IF_SCALED_TWICE, 72) \
+    X(MOTION_IF_TRANSPOSED, 73) X(MOTION_ZERO, 74) X(DEPTH_IF_NEGATED, 75) X(DEPTH_ZERO, 76)
+
+/* Which signals the checker looks at (nrd_push.iteration): radiance and hit distances of the diffuse lobe, the specular one or both; .. */
+#define NRD_SIGNALS_RADIANCE    0u /* + 0, 1, 2 */
+#define NRD_SIGNALS_HIT_DIST    3u /* + 0, 1, 2 */
+#define NRD_SIGNALS_DIRECTION   6u
+#define NRD_SIGNALS_SHADOW      7u
+#define NRD_SIGNALS_TRANSLUCENT_SHADOW 8u
 
 /* Push constants of every pass: 16 bytes. */
 #define NRD_PUSH_CONSTANTS(X) X(int, step_size) X(uint, iteration) X(uint, last) X(uint, unused)
@@ -254,7 +289,8 @@ typedef enum nrd_denoiser {
     X(OUT_DIFF_SH0, NRD_FORMAT_RGBA16_FLOAT, "nrd_unpack_sh(): denoised radiance and hit distance, what OUT_DIFF_RADIANCE_HITDIST is. Also scratch within the frame") \
     X(OUT_DIFF_SH1, NRD_FORMAT_RGBA16_FLOAT, "xyz: mean of direction times luma; w: luma under the pixel's own normal over luma. Also scratch within the frame") \
     X(OUT_SPEC_SH0, NRD_FORMAT_RGBA16_FLOAT, "the same for the specular lobe") \
-    X(OUT_SPEC_SH1, NRD_FORMAT_RGBA16_FLOAT, "the same for the specular lobe")
+    X(OUT_SPEC_SH1, NRD_FORMAT_RGBA16_FLOAT, "the same for the specular lobe") \
+    X(OUT_VALIDATION, NRD_FORMAT_RGBA8_UNORM, "4 x 4 small pictures of what a denoiser gets and remembers (NRD_FEATURE_VALIDATION, nrd_frame.validation)")
 typedef enum nrd_resource {
 #define NRDI_X(name, format, text) NRD_RESOURCE_##name,
     NRD_RESOURCES(NRDI_X)
@@ -294,6 +330,7 @@ NRD_DECL bool nrd_format_is_uint(nrd_format format);
     X(float, motion_scale_x, 1.0f, -1e6f, 1e6f, "", "multiplies IN_MV.x; 1/width for motion in pixels") \
     X(float, motion_scale_y, 1.0f, -1e6f, 1e6f, "", "multiplies IN_MV.y") \
     X(float, motion_scale_z, 1.0f, -1e6f, 1e6f, "", "multiplies IN_MV.z") \
+    X(uint, validation, 0, 0, 64, "", "n: OUT_VALIDATION shows the n-th of nrd_desc.denoisers; 0: none (needs NRD_FEATURE_VALIDATION)") \
     X(uint, restart, 0, 0, 1, "", "1: forget all history (camera cut)") \
     X(uint, history_confidence_available, 0, 0, 1, "", "1: IN_DIFF_CONFIDENCE is bound (needs NRD_FEATURE_HISTORY_CONFIDENCE)") \
     X(uint, disocclusion_threshold_mix_available, 0, 0, 1, "", "1: IN_DISOCCLUSION_THRESHOLD_MIX is bound (needs the feature)")
@@ -495,6 +532,7 @@ typedef struct nrd_texture {
     bool permanent;                /* contents survive the frame; zeros at first. Transient: undefined until written in a frame */
     uint32_t first_pass, last_pass; /* transient: in use from .. to, in the order of nrd_info.passes */
     uint64_t bytes, offset;        /* tightly packed; offset into the transient block when placed like that */
+    bool read_back;                /* counters of the checker: the first such binding of a dispatch is for the CPU to read afterwards */
 } nrd_texture;
 
 typedef enum nrd_access { NRD_ACCESS_READ, NRD_ACCESS_READ_LINEAR, NRD_ACCESS_WRITE } nrd_access; /* linear: with the linear-clamp sampler, else nearest-clamp */
@@ -585,6 +623,69 @@ NRD_DECL nrd_result nrd_get_dispatches(nrd *instance, const uint32_t *identifier
 /* Those of the last nrd_get_dispatches will not be executed: history is as before that call. Nothing else may be called in between. */
 NRD_DECL void nrd_cancel_dispatches(nrd *instance);
 
+/* ---------------------------------------------------------------------------------------------------------------------------
+   What is wrong with the inputs  >>check
+   With NRD_FEATURE_CHECK the last pass of every denoiser but REFERENCE counts pixels that break rules, in a texture that is read back
+   (nrd_texture.read_back; nrd_vk_counters does it). Add the counters of as many frames as you like and ask for the rules one by one.
+   Matrices that are no camera are refused by nrd_set_frame already. X(rule = its counter, counter of the pixels it can be asked of,
+   share of them that may break it, what is wrong) */
+#define NRD_RULES(X) \
+    X(MATRIX_JITTER, FRAMES, 0.5f, "view_to_clip's principal point moves by less than a pixel from frame to frame: give view_to_clip without jitter, and the jitter in camera.jitter") \
+    X(FRAME_INDEX, FRAMES, 0.0f, "frame_index did not advance by 1: history restarted") \
+    X(VIEWZ_NOT_FINITE, PIXELS, 0.0f, "IN_VIEWZ holds NaN or infinity; sky is any finite number at or beyond denoising_range") \
+    X(VIEWZ_ZERO, PIXELS, 0.0f, "IN_VIEWZ is 0: not written, or sky, which must be at or beyond denoising_range") \
+    X(VIEWZ_NEGATIVE, SURFACES, 0.0f, "IN_VIEWZ has both signs: surfaces behind the camera, or a distance mixed with a depth") \
+    X(SKY_IN_RANGE, PIXELS, 0.01f, "view z of the sky is inside denoising_range: constant over an area whose normals or signals are no surface's") \
+    X(NORMAL_NOT_FINITE, SURFACES, 0.0f, "IN_NORMAL_ROUGHNESS holds NaN or infinity") \
+    X(NORMAL_LENGTH, SURFACES, 0.001f, "normals are not of unit length, or not packed by nrd_pack_normal_roughness") \
+    X(NORMAL_AWAY, SURFACES, 0.25f, "normals face away from the camera") \
+    X(NORMAL_PLANE, PLANES, 0.25f, "normals are more than 30 degrees off the planes that IN_VIEWZ shows") \
+    X(MOTION_NOT_FINITE, SURFACES, 0.0f, "IN_MV holds NaN or infinity") \
+    X(MOTION_CAMERA, MOVED, 0.5f, "motion contradicts the camera's") \
+    X(MOTION_STILL, STILL, 0.5f, "motion is more than a pixel where camera and depth say there is none") \
+    X(MOTION_DEPTH, DEPTH_MOVED, 0.5f, "z of the motion contradicts the camera's") \
+    X(MOTION_JITTER, JITTERED, 0.3f, "motion contains the jitter: compute it with matrices that are not jittered") \
+    X(DIFF_NOT_FINITE, SURFACES, 0.0f, "the diffuse signal holds NaN or infinity") \
+    X(DIFF_NEGATIVE, SURFACES, 0.0f, "diffuse radiance is negative after unpacking: store it with nrd_pack_radiance_hit_dist") \
+    X(DIFF_HIT_NEGATIVE, SURFACES, 0.0f, "diffuse hit distances are negative") \
+    X(DIFF_HIT_RANGE, SURFACES, 0.0f, "diffuse hit distances are above 1: store nrd_normalize_hit_dist() of them") \
+    X(DIFF_HIT_MISSING, DIFF_BRIGHT, 0.9f, "diffuse hit distances are 0 (not sampled) where there is radiance") \
+    X(DIFF_HIT_PRIMARY, DIFF_HITS, 0.98f, "diffuse hit distances include the camera's ray: measure from the primary hit") \
+    X(SPEC_NOT_FINITE, SURFACES, 0.0f, "the specular signal holds NaN or infinity") \
+    X(SPEC_NEGATIVE, SURFACES, 0.0f, "specular radiance is negative after unpacking: store it with nrd_pack_radiance_hit_dist") \
+    X(SPEC_HIT_NEGATIVE, SURFACES, 0.0f, "specular hit distances are negative") \
+    X(SPEC_HIT_RANGE, SURFACES, 0.0f, "specular hit distances are above 1: store nrd_normalize_hit_dist() of them") \
+    X(SPEC_HIT_MISSING, SPEC_BRIGHT, 0.9f, "specular hit distances are 0 (not sampled) where there is radiance") \
+    X(SPEC_HIT_PRIMARY, SPEC_HITS, 0.98f, "specular hit distances include the camera's ray: measure from the primary hit") \
+    X(DIRECTION_LENGTH, DIRECTIONS, 0.0f, "xyz of IN_DIFF_DIRECTION_HITDIST is longer than w: store the unit direction times w") \
+    X(DIRECTION_BELOW, DIRECTIONS, 0.25f, "directions point into the surface: world space, from the surface along the ray") \
+    X(PENUMBRA_INVALID, SURFACES, 0.0f, "IN_PENUMBRA holds NaN or negative numbers") \
+    X(PENUMBRA_CODE, SURFACES, 0.0f, "IN_PENUMBRA is above 32768 but not 65504: store a ray that reached the light as 65504 (nrd_pack_penumbra)") \
+    X(PENUMBRA_ZERO, FACING_LIGHT, 0.2f, "IN_PENUMBRA is 0 (faces away) on surfaces that face the light") \
+    X(PENUMBRA_AWAY, AWAY_FROM_LIGHT, 0.1f, "IN_PENUMBRA says that the light was reached on surfaces that face away from it: store 0") \
+    X(PENUMBRA_MISS, LIT_OR_FAR, 0.5f, "no occluder seems to be stored as a long ray instead of 65504 (nrd_pack_penumbra)") \
+    X(PENUMBRA_FROM_LIGHT, OCCLUDERS, 0.99f, "occluder distances seem to be measured from the light: measure from the surface") \
+    X(PENUMBRA_FIRST_HIT, BLOCKED_TRIPLES, 0.15f, "occluder distances jump from pixel to pixel: rays must find the nearest hit, not the first that is found") \
+    X(TRANSLUCENCY_LIT, LIT, 0.01f, "IN_TRANSLUCENCY is not white where the light was reached")
+typedef enum nrd_counter {
+#define NRDI_X(name, index) NRD_COUNTER_##name = index,
+    NRD_COUNTERS(NRDI_X)
+#undef NRDI_X
+    NRD_COUNTER_LAST = NRD_COUNTER_COUNT - 1
+} nrd_counter;
+
+typedef struct nrd_finding {
+    const char *name;       /* of the rule, "MOTION_CAMERA" */
+    const char *text;       /* what is wrong where it is broken */
+    const char *cause;      /* the likely cause and what to do, "" where none is known */
+    uint64_t count, of;     /* pixels (or frames) that break it, of those it can be asked of */
+    double share, allowed;  /* count / of, 0 where of is 0; share that may break it */
+    bool judged;            /* there was something to ask it of */
+    bool broken;
+} nrd_finding;
+/* The i-th rule, judged on counters (NRD_COUNTER_COUNT of them). False: there is no such rule. */
+NRD_DECL bool nrd_check_rule(const uint64_t *counters, uint32_t i, nrd_finding *out);
+
 #ifdef __cplusplus
 }
 #endif
@@ -622,13 +723,13 @@ enum { NRDI_MAX_SIZE = 16384 };   /* px, of either side */
 
 /* Why a pass runs, or a binding is not replaced by its stand-in; evaluated every frame. */
 enum { NRDI_ALWAYS = 0, NRDI_IF_PREPASS = 1, NRDI_IF_BLUR = 2, NRDI_IF_ANTILAG = 4, NRDI_IF_SPLIT = 8, NRDI_IF_CONFIDENCE = 16, NRDI_IF_THRESHOLD_MIX = 32,
-       NRDI_IF_SPEC_PREPASS = 64, NRDI_IF_MOTION = 4096, NRDI_IF_STABILIZED = 8192 };
+       NRDI_IF_SPEC_PREPASS = 64, NRDI_IF_MOTION = 4096, NRDI_IF_STABILIZED = 8192, NRDI_IF_VALIDATION = 16384, NRDI_IF_CHECK = 32768 };
 
 /* What a pass is bound to: a nrd_resource, or a texture of the denoiser: of this frame, or the previous frame's half of a ping-pong pair. */
 #define NRDI_TEXTURE(i) (64 + (i))
 #define NRDI_PREVIOUS(i) (96 + (i))
 
-typedef struct nrdi_texture_row { const char *name; nrd_format format; uint8_t divisor, kind; } nrdi_texture_row;
+typedef struct nrdi_texture_row { const char *name; nrd_format format; uint8_t divisor, kind; } nrdi_texture_row; /* divisor 0: one texel per counter */
 /* Condition off: stand_in is bound instead. */
 typedef struct nrdi_use { uint8_t what, access; uint16_t condition; uint8_t stand_in; } nrdi_use;
 typedef struct nrdi_pass_row {
@@ -666,6 +767,9 @@ enum { NRDI_REFERENCE_HISTORY };
 enum { NRDI_GUIDE, NRDI_TRACK, NRDI_SPEC_TRACK, NRDI_DIFF_HISTORY, NRDI_DIFF_STABILIZED, NRDI_DIFF_TILE, NRDI_DIFF_TILE_RAW,
        NRDI_SPEC_HISTORY, NRDI_SPEC_STABILIZED, NRDI_SPEC_TILE, NRDI_SPEC_TILE_RAW, NRDI_DIFF_SH_HISTORY, NRDI_SPEC_SH_HISTORY, NRDI_DIFF_SH, NRDI_SH };
 enum { NRDI_SHADOW_HISTORY, NRDI_SHADOW_TILE, NRDI_SHADOW_MEAN, NRDI_SHADOW_EXTRA }; /* EXTRA: opaque: stabilised visibility; translucent: green and blue of the history */
+
+enum { NRDI_COUNTERS = NRDI_MAX_TEXTURES - 1 }; /* of every denoiser that has a check */
+static const nrdi_texture_row nrdi_counter_row = { "COUNTERS", NRD_FORMAT_R32_UINT, 0, NRDI_PING_PONG };
 
 enum { NRDI_TAP, NRDI_STATE };
 #define NRDI_OCCLUSION_SPLIT(lobe) { "split screen", "reblur_occlusion_split_screen", NRDI_IF_SPLIT, NRD_FEATURE_SPLIT_SCREEN, 0, 0, \
@@ -725,6 +829,17 @@ enum { NRDI_TAP, NRDI_STATE };
 #define NRDI_LIGHTING_CHANGE(S, text) \
     { "lighting change" text, "reblur_lighting_change", NRDI_IF_ANTILAG, 0, NRDI_TILE_PX, 0, \
       { NRDI_READ(NRDI_##S##_TILE_RAW), NRDI_READ(NRDI_##S##_TILE), NRDI_WRITE(NRDI_##S##_TILE), NRDI_STOP } }
+/* The input checker. Each frame clears the half of the counters that the next will write. */
+#define NRDI_CHECK(signals, a, b) \
+    { "input check", "check", NRDI_IF_CHECK, NRD_FEATURE_CHECK, 0, signals, \
+      { NRDI_MOTION, NRDI_IN(IN_NORMAL_ROUGHNESS), NRDI_IN(IN_VIEWZ), NRDI_IN(a), NRDI_IN(b), NRDI_WRITE(NRDI_COUNTERS), NRDI_WRITE_PREV(NRDI_COUNTERS), NRDI_STOP } }
+
+/* The validation overlay. state, more: where the history lengths lie; how, tiles: those of SIGMA, as in NRDI_READ(tiles). */
+#define NRDI_OVERLAY(signals, a, b, state, more, how, tiles) \
+    { "validation", "validation", NRDI_IF_VALIDATION, NRD_FEATURE_VALIDATION, 0, signals, \
+      { NRDI_MOTION, NRDI_IN(IN_NORMAL_ROUGHNESS), NRDI_IN(IN_VIEWZ), NRDI_IN(a), NRDI_IN(b), NRDI_READ(state), NRDI_READ(more), NRDI_##how(tiles), NRDI_OUT(OUT_VALIDATION), NRDI_STOP } }
+#define NRDI_DEBUG(signals, a, b, state, more, how, tiles) NRDI_OVERLAY(signals, a, b, state, more, how, tiles), NRDI_CHECK(signals, a, b)
+
 #define NRDI_SPLIT_SCREEN(S, text) NRDI_SPLIT_SCREEN_OF(S##_RADIANCE_HITDIST, text)
 #define NRDI_SPLIT_SCREEN_OF(image, text) \
     { "split screen" text, "reblur_split_screen", NRDI_IF_SPLIT, NRD_FEATURE_SPLIT_SCREEN, 0, 0, \
@@ -749,7 +864,8 @@ static const nrdi_denoiser_row nrdi_rows[] = {
         { "post-blur 1", "reblur_stabilization_diffuse", NRDI_IF_BLUR, 0, 0, 1, { NRDI_READ(NRDI_GUIDE), NRDI_STABILIZATION_SIGNAL(DIFF, NRDI_GUIDE), NRDI_STOP } },
         { "post-blur 2", "reblur_blur_diffuse", NRDI_IF_BLUR, 0, 0, 2, { NRDI_READ(NRDI_GUIDE), NRDI_BLUR_SIGNAL(DIFF, NRDI_GUIDE), NRDI_STOP } },
         { "stabilization", "reblur_stabilization_diffuse", NRDI_ALWAYS, 0, 0, 3, { NRDI_READ(NRDI_GUIDE), NRDI_STABILIZATION_SIGNAL(DIFF, NRDI_GUIDE), NRDI_STOP } },
-        NRDI_SPLIT_SCREEN(DIFF, "") } },
+        NRDI_SPLIT_SCREEN(DIFF, ""),
+        NRDI_DEBUG(NRD_SIGNALS_RADIANCE + 0, IN_DIFF_RADIANCE_HITDIST, IN_DIFF_RADIANCE_HITDIST, NRDI_GUIDE, NRDI_GUIDE, IN, IN_VIEWZ) } },
 #endif
 #if NRDI_WITH(REBLUR_SPECULAR)
     { NRDI_FAMILY_REBLUR,
@@ -766,7 +882,8 @@ static const nrdi_denoiser_row nrdi_rows[] = {
           { NRDI_READ(NRDI_GUIDE), NRDI_READ(NRDI_SPEC_TRACK), NRDI_BLUR_SIGNAL(SPEC, NRDI_GUIDE), NRDI_STOP } },
         { "stabilization", "reblur_stabilization_specular", NRDI_ALWAYS, 0, 0, 3,
           { NRDI_READ(NRDI_GUIDE), NRDI_READ(NRDI_SPEC_TRACK), NRDI_STABILIZATION_SIGNAL(SPEC, NRDI_GUIDE), NRDI_STOP } },
-        NRDI_SPLIT_SCREEN(SPEC, "") } },
+        NRDI_SPLIT_SCREEN(SPEC, ""),
+        NRDI_DEBUG(NRD_SIGNALS_RADIANCE + 1, IN_SPEC_RADIANCE_HITDIST, IN_SPEC_RADIANCE_HITDIST, NRDI_GUIDE, NRDI_SPEC_TRACK, IN, IN_VIEWZ) } },
 #endif
 #if NRDI_WITH(REBLUR_DIFFUSE_SPECULAR)
     { NRDI_FAMILY_REBLUR,
@@ -786,7 +903,8 @@ static const nrdi_denoiser_row nrdi_rows[] = {
           { NRDI_READ(NRDI_GUIDE), NRDI_READ(NRDI_TRACK), NRDI_BLUR_SIGNAL(DIFF, NRDI_GUIDE), NRDI_BLUR_SIGNAL(SPEC, NRDI_TRACK), NRDI_STOP } },
         { "stabilization", "reblur_stabilization_diffuse_specular", NRDI_ALWAYS, 0, 0, 3,
           { NRDI_READ(NRDI_GUIDE), NRDI_READ(NRDI_TRACK), NRDI_STABILIZATION_SIGNAL(DIFF, NRDI_GUIDE), NRDI_STABILIZATION_SIGNAL(SPEC, NRDI_TRACK), NRDI_STOP } },
-        NRDI_SPLIT_SCREEN(DIFF, " (diffuse)"), NRDI_SPLIT_SCREEN(SPEC, " (specular)") } },
+        NRDI_SPLIT_SCREEN(DIFF, " (diffuse)"), NRDI_SPLIT_SCREEN(SPEC, " (specular)"),
+        NRDI_DEBUG(NRD_SIGNALS_RADIANCE + 2, IN_DIFF_RADIANCE_HITDIST, IN_SPEC_RADIANCE_HITDIST, NRDI_GUIDE, NRDI_TRACK, IN, IN_VIEWZ) } },
 #endif
 #if NRDI_WITH(REBLUR_DIFFUSE_OCCLUSION)
     { NRDI_FAMILY_OCCLUSION,   /* the previous half of TAP is dead after accumulation too: it holds the once filtered signal */
@@ -800,7 +918,8 @@ static const nrdi_denoiser_row nrdi_rows[] = {
           { NRDI_IN(IN_NORMAL_ROUGHNESS), NRDI_READ(NRDI_TAP), NRDI_READ(NRDI_STATE), NRDI_WRITE_PREV(NRDI_TAP), NRDI_STOP } },
         { "post-blur", "reblur_diffuse_occlusion_post_blur", NRDI_ALWAYS, 0, 0, 1,
           { NRDI_IN(IN_NORMAL_ROUGHNESS), NRDI_READ_PREV_IF(NRDI_TAP, NRDI_IF_BLUR), NRDI_READ(NRDI_STATE), NRDI_OUT(OUT_DIFF_HITDIST), NRDI_STOP } },
-        NRDI_OCCLUSION_SPLIT(DIFF) } },
+        NRDI_OCCLUSION_SPLIT(DIFF),
+        NRDI_DEBUG(NRD_SIGNALS_HIT_DIST + 0, IN_DIFF_HITDIST, IN_DIFF_HITDIST, NRDI_TAP, NRDI_STATE, IN, IN_VIEWZ) } },
 #endif
 #if NRDI_WITH(REBLUR_SPECULAR_OCCLUSION)
     { NRDI_FAMILY_OCCLUSION,
@@ -812,7 +931,8 @@ static const nrdi_denoiser_row nrdi_rows[] = {
           { NRDI_IN(IN_NORMAL_ROUGHNESS), NRDI_READ(NRDI_TAP), NRDI_WRITE_PREV(NRDI_TAP), NRDI_STOP } },
         { "post-blur", "reblur_specular_occlusion_post_blur", NRDI_ALWAYS, 0, 0, 1,
           { NRDI_IN(IN_NORMAL_ROUGHNESS), NRDI_READ_PREV_IF(NRDI_TAP, NRDI_IF_BLUR), NRDI_OUT(OUT_SPEC_HITDIST), NRDI_STOP } },
-        NRDI_OCCLUSION_SPLIT(SPEC) } },
+        NRDI_OCCLUSION_SPLIT(SPEC),
+        NRDI_DEBUG(NRD_SIGNALS_HIT_DIST + 1, IN_SPEC_HITDIST, IN_SPEC_HITDIST, NRDI_TAP, NRDI_TAP, IN, IN_VIEWZ) } },
 #endif
 #if NRDI_WITH(REBLUR_DIFFUSE_SPECULAR_OCCLUSION)
     { NRDI_FAMILY_OCCLUSION,
@@ -827,7 +947,8 @@ static const nrdi_denoiser_row nrdi_rows[] = {
         { "post-blur", "reblur_diffuse_specular_occlusion_post_blur", NRDI_ALWAYS, 0, 0, 1,
           { NRDI_IN(IN_NORMAL_ROUGHNESS), NRDI_READ_PREV_IF(NRDI_TAP, NRDI_IF_BLUR), NRDI_READ(NRDI_STATE), NRDI_OUT(OUT_DIFF_HITDIST),
             NRDI_OUT(OUT_SPEC_HITDIST), NRDI_STOP } },
-        NRDI_OCCLUSION_SPLIT(DIFF), NRDI_OCCLUSION_SPLIT(SPEC) } },
+        NRDI_OCCLUSION_SPLIT(DIFF), NRDI_OCCLUSION_SPLIT(SPEC),
+        NRDI_DEBUG(NRD_SIGNALS_HIT_DIST + 2, IN_DIFF_HITDIST, IN_SPEC_HITDIST, NRDI_TAP, NRDI_STATE, IN, IN_VIEWZ) } },
 #endif
 #if NRDI_WITH(REBLUR_DIFFUSE_DIRECTIONAL_OCCLUSION)
     { NRDI_FAMILY_OCCLUSION,
@@ -842,7 +963,8 @@ static const nrdi_denoiser_row nrdi_rows[] = {
         { "post-blur", "reblur_directional_occlusion_post_blur", NRDI_ALWAYS, 0, 0, 1,
           { NRDI_IN(IN_NORMAL_ROUGHNESS), NRDI_READ_PREV_IF(NRDI_TAP, NRDI_IF_BLUR), NRDI_READ(NRDI_STATE), NRDI_OUT(OUT_DIFF_DIRECTION_HITDIST), NRDI_STOP } },
         { "split screen", "reblur_split_screen", NRDI_IF_SPLIT, NRD_FEATURE_SPLIT_SCREEN, 0, 0,
-          { NRDI_IN(IN_VIEWZ), NRDI_IN(IN_DIFF_DIRECTION_HITDIST), NRDI_OUT(OUT_DIFF_DIRECTION_HITDIST), NRDI_STOP } } } },
+          { NRDI_IN(IN_VIEWZ), NRDI_IN(IN_DIFF_DIRECTION_HITDIST), NRDI_OUT(OUT_DIFF_DIRECTION_HITDIST), NRDI_STOP } },
+        NRDI_DEBUG(NRD_SIGNALS_DIRECTION, IN_DIFF_DIRECTION_HITDIST, IN_DIFF_DIRECTION_HITDIST, NRDI_TAP, NRDI_STATE, IN, IN_VIEWZ) } },
 #endif
 #if NRDI_WITH(SIGMA_SHADOW)
     { NRDI_FAMILY_SIGMA,
@@ -857,7 +979,8 @@ static const nrdi_denoiser_row nrdi_rows[] = {
           { NRDI_IN(IN_NORMAL_ROUGHNESS), NRDI_READ(NRDI_SHADOW_TILE), NRDI_READ(NRDI_SHADOW_MEAN), NRDI_WRITE(NRDI_SHADOW_HISTORY),
             NRDI_OUT(OUT_SHADOW), NRDI_OWN_READ_IF(NRDI_SHADOW_EXTRA, NRDI_IF_STABILIZED), NRDI_STOP } },
         { "split screen", "sigma_split_screen", NRDI_IF_SPLIT, NRD_FEATURE_SPLIT_SCREEN, 0, 0,
-          { NRDI_IN(IN_VIEWZ), NRDI_IN(IN_PENUMBRA), NRDI_OUT(OUT_SHADOW), NRDI_STOP } } } },
+          { NRDI_IN(IN_VIEWZ), NRDI_IN(IN_PENUMBRA), NRDI_OUT(OUT_SHADOW), NRDI_STOP } },
+        NRDI_DEBUG(NRD_SIGNALS_SHADOW, IN_PENUMBRA, IN_PENUMBRA, NRDI_SHADOW_HISTORY, NRDI_SHADOW_HISTORY, READ, NRDI_SHADOW_TILE) } },
 #endif
 #if NRDI_WITH(SIGMA_SHADOW_TRANSLUCENCY)
     { NRDI_FAMILY_SIGMA,
@@ -872,7 +995,8 @@ static const nrdi_denoiser_row nrdi_rows[] = {
           { NRDI_IN(IN_NORMAL_ROUGHNESS), NRDI_READ(NRDI_SHADOW_TILE), NRDI_READ(NRDI_SHADOW_MEAN), NRDI_WRITE(NRDI_SHADOW_HISTORY),
             NRDI_OUT(OUT_SHADOW_TRANSLUCENCY), NRDI_WRITE(NRDI_SHADOW_EXTRA), NRDI_STOP } },
         { "split screen", "sigma_split_screen_translucency", NRDI_IF_SPLIT, NRD_FEATURE_SPLIT_SCREEN, 0, 0,
-          { NRDI_IN(IN_VIEWZ), NRDI_IN(IN_PENUMBRA), NRDI_OUT(OUT_SHADOW_TRANSLUCENCY), NRDI_IN(IN_TRANSLUCENCY), NRDI_STOP } } } },
+          { NRDI_IN(IN_VIEWZ), NRDI_IN(IN_PENUMBRA), NRDI_OUT(OUT_SHADOW_TRANSLUCENCY), NRDI_IN(IN_TRANSLUCENCY), NRDI_STOP } },
+        NRDI_DEBUG(NRD_SIGNALS_TRANSLUCENT_SHADOW, IN_PENUMBRA, IN_TRANSLUCENCY, NRDI_SHADOW_HISTORY, NRDI_SHADOW_HISTORY, READ, NRDI_SHADOW_TILE) } },
 #endif
 #if NRDI_WITH(REBLUR_DIFFUSE_SH)
     { NRDI_FAMILY_REBLUR,
@@ -889,7 +1013,8 @@ static const nrdi_denoiser_row nrdi_rows[] = {
           { NRDI_READ(NRDI_GUIDE), NRDI_BLUR_OF(DIFF, DIFF_SH0, NRDI_GUIDE), NRDI_IN(OUT_DIFF_SH1), NRDI_WRITE(NRDI_DIFF_SH), NRDI_WRITE(NRDI_DIFF_SH_HISTORY), NRDI_STOP } },
         { "stabilization", "reblur_stabilization_diffuse_sh", NRDI_ALWAYS, 0, 0, 3,
           { NRDI_READ(NRDI_GUIDE), NRDI_STABILIZATION_OF(DIFF, DIFF_SH0, NRDI_GUIDE), NRDI_READ(NRDI_DIFF_SH), NRDI_OUT(OUT_DIFF_SH1), NRDI_STOP } },
-        NRDI_SPLIT_SCREEN_OF(DIFF_SH0, " (SH0)"), NRDI_SPLIT_SCREEN_OF(DIFF_SH1, " (SH1)") } },
+        NRDI_SPLIT_SCREEN_OF(DIFF_SH0, " (SH0)"), NRDI_SPLIT_SCREEN_OF(DIFF_SH1, " (SH1)"),
+        NRDI_DEBUG(NRD_SIGNALS_RADIANCE + 0, IN_DIFF_SH0, IN_DIFF_SH0, NRDI_GUIDE, NRDI_GUIDE, IN, IN_VIEWZ) } },
 #endif
 #if NRDI_WITH(REBLUR_SPECULAR_SH)
     { NRDI_FAMILY_REBLUR,      /* the previous half of SPEC_TRACK is dead after accumulation, too */
@@ -907,7 +1032,8 @@ static const nrdi_denoiser_row nrdi_rows[] = {
           { NRDI_READ(NRDI_GUIDE), NRDI_READ(NRDI_SPEC_TRACK), NRDI_BLUR_OF(SPEC, SPEC_SH0, NRDI_GUIDE), NRDI_IN(OUT_SPEC_SH1), NRDI_WRITE_PREV(NRDI_SPEC_TRACK), NRDI_WRITE(NRDI_SPEC_SH_HISTORY), NRDI_STOP } },
         { "stabilization", "reblur_stabilization_specular_sh", NRDI_ALWAYS, 0, 0, 3,
           { NRDI_READ(NRDI_GUIDE), NRDI_READ(NRDI_SPEC_TRACK), NRDI_STABILIZATION_OF(SPEC, SPEC_SH0, NRDI_GUIDE), NRDI_READ_PREV(NRDI_SPEC_TRACK), NRDI_OUT(OUT_SPEC_SH1), NRDI_STOP } },
-        NRDI_SPLIT_SCREEN_OF(SPEC_SH0, " (SH0)"), NRDI_SPLIT_SCREEN_OF(SPEC_SH1, " (SH1)") } },
+        NRDI_SPLIT_SCREEN_OF(SPEC_SH0, " (SH0)"), NRDI_SPLIT_SCREEN_OF(SPEC_SH1, " (SH1)"),
+        NRDI_DEBUG(NRD_SIGNALS_RADIANCE + 1, IN_SPEC_SH0, IN_SPEC_SH0, NRDI_GUIDE, NRDI_SPEC_TRACK, IN, IN_VIEWZ) } },
 #endif
 #if NRDI_WITH(REBLUR_DIFFUSE_SPECULAR_SH)
     { NRDI_FAMILY_REBLUR,
@@ -933,7 +1059,8 @@ static const nrdi_denoiser_row nrdi_rows[] = {
           { NRDI_READ(NRDI_GUIDE), NRDI_READ(NRDI_TRACK), NRDI_STABILIZATION_OF(DIFF, DIFF_SH0, NRDI_GUIDE), NRDI_STABILIZATION_OF(SPEC, SPEC_SH0, NRDI_TRACK),
             NRDI_READ(NRDI_SH), NRDI_OUT(OUT_DIFF_SH1), NRDI_OUT(OUT_SPEC_SH1), NRDI_STOP } },
         NRDI_SPLIT_SCREEN_OF(DIFF_SH0, " (diffuse SH0)"), NRDI_SPLIT_SCREEN_OF(DIFF_SH1, " (diffuse SH1)"),
-        NRDI_SPLIT_SCREEN_OF(SPEC_SH0, " (specular SH0)"), NRDI_SPLIT_SCREEN_OF(SPEC_SH1, " (specular SH1)") } },
+        NRDI_SPLIT_SCREEN_OF(SPEC_SH0, " (specular SH0)"), NRDI_SPLIT_SCREEN_OF(SPEC_SH1, " (specular SH1)"),
+        NRDI_DEBUG(NRD_SIGNALS_RADIANCE + 2, IN_DIFF_SH0, IN_SPEC_SH0, NRDI_GUIDE, NRDI_TRACK, IN, IN_VIEWZ) } },
 #endif
 };
 
@@ -959,6 +1086,11 @@ static uint32_t nrdi_use_count(const nrdi_pass_row *pass)
     uint32_t n = 0;
     while (n < NRDI_MAX_USES && pass->uses[n].access != NRDI_END) n++;
     return n;
+}
+
+static const nrdi_texture_row *nrdi_texture_of(const nrdi_denoiser_row *row, uint32_t index)
+{
+    return index == NRDI_COUNTERS ? &nrdi_counter_row : &row->textures[index];
 }
 
 static uint32_t nrdi_pass_count(const nrdi_denoiser_row *row)
@@ -1365,6 +1497,8 @@ static const nrdi_reason nrdi_reasons[] = {
     { NRDI_IF_PREPASS, NRDI_LACKS(PREPASS), "diffuse_prepass_blur_radius is 0" },
     { NRDI_IF_SPEC_PREPASS, NRDI_LACKS(PREPASS), "specular_prepass_blur_radius is 0" },
     { NRDI_IF_SPLIT, NRDI_LACKS(SPLIT_SCREEN), "nrd_frame.split_screen is 0" },
+    { NRDI_IF_CHECK, NRDI_LACKS(CHECK), NULL },
+    { NRDI_IF_VALIDATION, NRDI_LACKS(VALIDATION), "nrd_frame.validation does not name this denoiser" },
     { NRDI_IF_CONFIDENCE, NRDI_LACKS(HISTORY_CONFIDENCE), "nrd_frame.history_confidence_available is 0" },
     { NRDI_IF_THRESHOLD_MIX, NRDI_LACKS(DISOCCLUSION_THRESHOLD_MIX), "nrd_frame.disocclusion_threshold_mix_available is 0" },
     { NRDI_IF_BLUR, NRDI_RULED_OUT(BLUR), "max_blur_radius is 0" },
@@ -1419,7 +1553,7 @@ static uint32_t nrdi_useful_passes(const nrdi_denoiser_row *row, uint32_t enable
 {
     uint32_t useful = 0, wanted_textures = 0, pass_count = nrdi_pass_count(row);
     for (uint32_t i = 0; i < NRDI_MAX_TEXTURES; i++)
-        if (row->textures[i].kind != NRDI_TRANSIENT) wanted_textures |= 1u << i;
+        if (nrdi_texture_of(row, i)->kind != NRDI_TRANSIENT) wanted_textures |= 1u << i;
     for (uint32_t p = pass_count; p-- > 0;) {
         const nrdi_pass_row *pass = &row->passes[p];
         uint32_t uses = nrdi_use_count(pass);
@@ -1493,7 +1627,8 @@ static const nrdi_reason *nrdi_ruled_out(const nrdi_denoiser_row *row, uint32_t 
 
 static uint64_t nrdi_texture_bytes(const nrd_desc *desc, const nrdi_texture_row *row)
 {
-    uint64_t texels = (uint64_t)((desc->width + row->divisor - 1u) / row->divisor) * ((desc->height + row->divisor - 1u) / row->divisor);
+    uint64_t texels = NRD_COUNTER_COUNT;
+    if (row->divisor) texels = (uint64_t)((desc->width + row->divisor - 1u) / row->divisor) * ((desc->height + row->divisor - 1u) / row->divisor);
     return texels * nrd_format_bytes(row->format) * (row->kind == NRDI_PING_PONG ? 2u : 1u);
 }
 
@@ -1530,7 +1665,7 @@ uint64_t nrd_place_blocks(nrd_block *blocks, uint32_t count)
 
 static void nrdi_add_texture(nrd *n, nrdi_state *s, uint32_t index)
 {
-    const nrdi_texture_row *row = &s->row->textures[index];
+    const nrdi_texture_row *row = nrdi_texture_of(s->row, index);
     nrd_texture t;
     memset(&t, 0, sizeof t);
     t.first_pass = UINT32_MAX;
@@ -1544,8 +1679,9 @@ static void nrdi_add_texture(nrd *n, nrdi_state *s, uint32_t index)
     t.name = row->name;
     t.denoiser = (uint32_t)(s - n->states);
     t.format = row->format;
-    t.width = ruled_out ? 1u : (n->desc.width + row->divisor - 1u) / row->divisor;
-    t.height = ruled_out ? 1u : (n->desc.height + row->divisor - 1u) / row->divisor;
+    t.width = ruled_out ? 1u : row->divisor ? (n->desc.width + row->divisor - 1u) / row->divisor : NRD_COUNTER_COUNT;
+    t.height = ruled_out || !row->divisor ? 1u : (n->desc.height + row->divisor - 1u) / row->divisor;
+    t.read_back = !row->divisor;
     t.permanent = row->kind != NRDI_TRANSIENT;
     t.bytes = (uint64_t)t.width * t.height * nrd_format_bytes(row->format);
     if (ruled_out) nrdi_leave_out(n, row->name, ruled_out->never, nrdi_texture_bytes(&n->desc, row) - t.bytes);
@@ -1578,7 +1714,7 @@ static uint64_t nrdi_saved_bytes(const nrd *n, const nrdi_denoiser_row *row, uin
 {
     uint64_t bytes = 0;
     for (uint32_t t = 0; t < NRDI_MAX_TEXTURES; t++) {
-        const nrdi_texture_row *r = &row->textures[t];
+        const nrdi_texture_row *r = nrdi_texture_of(row, t);
         bool needed = !nrdi_pass_uses(&row->passes[pass], t);
         for (uint32_t p = 0; p < nrdi_pass_count(row); p++) needed |= (useful >> p & 1u) && nrdi_pass_binds(&row->passes[p], t, nrdi_possible(&n->desc));
         bytes += needed ? 0 : nrdi_texture_bytes(&n->desc, r);
@@ -1803,6 +1939,8 @@ static nrd_result nrdi_check_frame(const nrd *n, const nrd_frame *f, uint32_t wi
     if ((r = nrdi_check_range(d, "nrd_frame", "rect_origin_x", f->rect_origin_x, 0, d->width - width))) return r;
     if ((r = nrdi_check_range(d, "nrd_frame", "rect_origin_y", f->rect_origin_y, 0, d->height - height))) return r;
     if (f->split_screen > 0 && (r = nrdi_needs_feature(d, "nrd_frame.split_screen", NRD_FEATURE_SPLIT_SCREEN, "NRD_FEATURE_SPLIT_SCREEN"))) return r;
+    if ((r = nrdi_check_range(d, "nrd_frame", "validation", f->validation, 0, d->denoiser_count))) return r;
+    if (f->validation && (r = nrdi_needs_feature(d, "nrd_frame.validation", NRD_FEATURE_VALIDATION, "NRD_FEATURE_VALIDATION"))) return r;
     if (f->history_confidence_available && (r = nrdi_needs_feature(d, "nrd_frame.history_confidence_available", NRD_FEATURE_HISTORY_CONFIDENCE, "NRD_FEATURE_HISTORY_CONFIDENCE"))) return r;
     if (f->disocclusion_threshold_mix_available)
         return nrdi_needs_feature(d, "nrd_frame.disocclusion_threshold_mix_available", NRD_FEATURE_DISOCCLUSION_THRESHOLD_MIX, "NRD_FEATURE_DISOCCLUSION_THRESHOLD_MIX");
@@ -1965,6 +2103,9 @@ static void nrdi_fill_frame(const nrd *n, nrd_constants *c)
     c->motion_scale[2] = f->motion_scale_z;
     c->jitter_delta[0] = f->camera.jitter[0] - n->camera_prev.jitter[0];
     c->jitter_delta[1] = f->camera.jitter[1] - n->camera_prev.jitter[1];
+    c->jitter_delta[2] = f->camera.jitter[0];
+    c->jitter_delta[3] = f->camera.jitter[1];
+    for (int k = 0; k < 3; k++) c->camera[k] = (float)now.position[k];
     c->rect_width = f->rect_width;
     c->rect_height = f->rect_height;
     c->rect_width_prev = n->rect_prev[0];
@@ -2059,6 +2200,22 @@ static bool nrdi_camera_moved(const nrd *n)
     return !nrdi_same_view(&n->frame.camera, &n->camera_prev) || n->frame.rect_width != n->rect_prev[0] || n->frame.rect_height != n->rect_prev[1];
 }
 
+/* Sub-pixel offsets that do not come from a changed field of view. */
+static bool nrdi_matrix_is_jittered(const nrd *n)
+{
+    const float *now = n->frame.camera.view_to_clip, *prev = n->camera_prev.view_to_clip;
+    int column = now[11] == 0 ? 12 : 8;
+    float x = fabsf(now[column] - prev[column]) * 0.5f * (float)n->frame.rect_width, y = fabsf(now[column + 1] - prev[column + 1]) * 0.5f * (float)n->frame.rect_height;
+    bool same_view = now[0] == prev[0] && now[5] == prev[5] && now[11] == prev[11];
+    return same_view && (x > 0.01f || y > 0.01f) && x < 1.01f && y < 1.01f;
+}
+
+static uint32_t nrdi_check_flags(const nrd *n, const nrdi_state *s)
+{
+    bool skipped = s->has_history && !n->frame_restart && s->last_frame_index + 1 != n->frame.frame_index;
+    return (nrdi_matrix_is_jittered(n) ? NRD_FLAG_MATRIX_JITTER : 0) | (skipped ? NRD_FLAG_FRAME_INDEX : 0);
+}
+
 static void nrdi_fill_constants(const nrd *n, nrdi_state *s)
 {
     nrd_constants *c = &s->constants;
@@ -2077,6 +2234,7 @@ static void nrdi_fill_constants(const nrd *n, nrdi_state *s)
         else nrdi_fill_reblur(&s->settings.reblur, x < y ? x : y, c);
     }
     nrdi_apply_absent(n->desc.absent, c);
+    if (n->desc.features & NRD_FEATURE_CHECK) c->flags |= nrdi_check_flags(n, s);
     c->flags |= !reset && s->had_antilag ? NRD_FLAG_TILE_HISTORY : 0;
     s->had_antilag = (c->flags & NRD_FLAG_ANTILAG) != 0;
     c->reset = reset;
@@ -2087,7 +2245,7 @@ static void nrdi_fill_constants(const nrd *n, nrdi_state *s)
 static uint32_t nrdi_conditions(const nrd *n, const nrdi_state *s)
 {
     const nrd_constants *c = &s->constants;
-    uint32_t on = NRDI_IF_MOTION | NRDI_IF_STABILIZED;
+    uint32_t on = NRDI_IF_MOTION | NRDI_IF_STABILIZED | NRDI_IF_CHECK;
     if (s->row->family == NRDI_FAMILY_REFERENCE) return on;
     if (c->flags & NRD_FLAG_PREPASS) on |= NRDI_IF_PREPASS;
     if (c->flags & NRD_FLAG_SPECULAR_PREPASS) on |= NRDI_IF_SPEC_PREPASS;
@@ -2096,6 +2254,7 @@ static uint32_t nrdi_conditions(const nrd *n, const nrdi_state *s)
     if (c->flags & NRD_FLAG_HISTORY_CONFIDENCE) on |= NRDI_IF_CONFIDENCE;
     if (c->flags & NRD_FLAG_DISOCCLUSION_MIX) on |= NRDI_IF_THRESHOLD_MIX;
     if (n->frame.split_screen > 0) on |= NRDI_IF_SPLIT;
+    if (n->frame.validation && n->info.denoisers[n->frame.validation - 1].identifier == s->identifier) on |= NRDI_IF_VALIDATION;
     return on & nrdi_possible(&n->desc);
 }
 
@@ -2112,7 +2271,7 @@ static nrd_binding nrdi_resolve(const nrd *n, const nrdi_state *s, const nrdi_us
     bool previous = what >= NRDI_PREVIOUS(0);
     uint32_t index = what - (previous ? NRDI_PREVIOUS(0) : NRDI_TEXTURE(0));
     b.texture = s->first_texture[index];
-    if (s->row->textures[index].kind == NRDI_PING_PONG) b.texture += s->parity ^ (previous ? 1u : 0u);
+    if (nrdi_texture_of(s->row, index)->kind == NRDI_PING_PONG) b.texture += s->parity ^ (previous ? 1u : 0u);
     NRD_ASSERT(b.texture < n->info.texture_count);
     b.before_resize = s->reads_old && n->textures[b.texture].permanent && b.access != NRD_ACCESS_WRITE && !(s->written & nrdi_written_bit(s, what));
     return b;
@@ -2293,7 +2452,7 @@ static uint64_t nrdi_row_bytes(const nrd_desc *desc, const nrdi_denoiser_row *ro
     for (uint32_t t = 0; t < NRDI_MAX_TEXTURES; t++) {
         bool used = false;
         for (uint32_t p = 0; p < nrdi_pass_count(row); p++) used |= (passes >> p & 1u) && nrdi_pass_uses(&row->passes[p], t);
-        if (used && !nrdi_ruled_out(row, passes, t, possible)) bytes += nrdi_texture_bytes(desc, &row->textures[t]);
+        if (used && !nrdi_ruled_out(row, passes, t, possible)) bytes += nrdi_texture_bytes(desc, nrdi_texture_of(row, t));
     }
     return bytes;
 }
@@ -2336,7 +2495,7 @@ static void nrdi_explain_textures(const nrd *n, const nrdi_state *s, nrdi_search
 {
     uint32_t declared = nrdi_declared_passes(s->row, &n->desc), possible = nrdi_possible(&n->desc);
     for (uint32_t t = 0; t < NRDI_MAX_TEXTURES; t++) {
-        const nrdi_texture_row *row = &s->row->textures[t];
+        const nrdi_texture_row *row = nrdi_texture_of(s->row, t);
         const char *why = "no pass that is left uses it";
         bool used = false;
         for (uint32_t p = 0; p < nrdi_pass_count(s->row); p++) {
@@ -2489,7 +2648,7 @@ static void nrdi_write_edges(const nrd *n, uint32_t denoiser, const nrdi_pass_ro
         const nrdi_use *use = &pass->uses[u];
         uint32_t what = nrdi_bound(use, on), texture = what - (what >= NRDI_PREVIOUS(0) ? NRDI_PREVIOUS(0) : NRDI_TEXTURE(0));
         bool internal = what >= NRD_RESOURCE_COUNT, written = use->access == NRD_ACCESS_WRITE;
-        const char *name = internal ? s->row->textures[texture].name : nrd_resource_name((nrd_resource)what);
+        const char *name = internal ? nrdi_texture_of(s->row, texture)->name : nrd_resource_name((nrd_resource)what);
         bool optional = use->what < NRD_RESOURCE_COUNT && nrd_resource_format((nrd_resource)use->what) == NRD_FORMAT_ANY;
         if (!nrdi_holds(use->condition, on) && (optional || what == use->what)) continue;   /* bound, but not looked at */
         nrdi_write(w, "  ");
@@ -2531,6 +2690,79 @@ size_t nrd_explain(const nrd *n, nrd_explain_format format, char *text, size_t s
     else if (format == NRD_EXPLAIN_GRAPHVIZ) nrdi_explain_graphviz(n, &w);
     else nrdi_explain_text(n, &w);
     return w.used;
+}
+
+/* ---------------------------------------------------------------------------------------------------------------------------
+   Rules  >>check */
+typedef struct nrdi_rule { nrd_counter counter, of; float allowed; const char *name, *text; } nrdi_rule;
+static const nrdi_rule nrdi_rules[] = {
+#define NRDI_X(counter, of, allowed, text) { NRD_COUNTER_##counter, NRD_COUNTER_##of, allowed, #counter, text },
+    NRD_RULES(NRDI_X)
+#undef NRDI_X
+};
+
+/* A rule that is broken has this cause if the counter reaches the share: of all that would then be right, the largest is named. */
+typedef struct nrdi_cause { nrd_counter rule, counter, of; float share; const char *text; } nrdi_cause;
+#define NRDI_CAUSE(rule, counter, of, share, text) { NRD_COUNTER_##rule, NRD_COUNTER_##counter, NRD_COUNTER_##of, share, text },
+#define NRDI_NORMAL_CAUSES(rule) \
+    NRDI_CAUSE(rule, NORMAL_IF_NEGATED, PLANES, 0.6f, "normals point into the surface: negate them") \
+    NRDI_CAUSE(rule, NORMAL_IF_X_FLIPPED, PLANES, 0.6f, "x of the normals is flipped") \
+    NRDI_CAUSE(rule, NORMAL_IF_Y_FLIPPED, PLANES, 0.6f, "y of the normals is flipped") \
+    NRDI_CAUSE(rule, NORMAL_IF_Z_FLIPPED, PLANES, 0.6f, "z of the normals is flipped") \
+    NRDI_CAUSE(rule, NORMAL_IF_YZ_SWAPPED, PLANES, 0.6f, "y and z of the normals are swapped") \
+    NRDI_CAUSE(rule, NORMAL_IF_VIEW_SPACE, PLANES, 0.6f, "normals are in view space: store world space") \
+    NRDI_CAUSE(rule, NORMAL_IF_TRANSPOSED, PLANES, 0.6f, "world_to_view is transposed (column-major, column vectors)")
+static const nrdi_cause nrdi_causes[] = {
+    NRDI_NORMAL_CAUSES(NORMAL_AWAY)
+    NRDI_NORMAL_CAUSES(NORMAL_PLANE)
+    NRDI_CAUSE(MOTION_CAMERA, MOTION_IF_NEGATED, MOVED, 0.5f, "motion is current minus previous: negate it")
+    NRDI_CAUSE(MOTION_CAMERA, MOTION_IF_PIXELS, MOVED, 0.5f, "motion is in pixels: set motion_scale_x = 1/width, motion_scale_y = 1/height")
+    NRDI_CAUSE(MOTION_CAMERA, MOTION_IF_CLIP, MOVED, 0.5f, "motion is in clip space, y up: set motion_scale_x = 0.5, motion_scale_y = -0.5")
+    NRDI_CAUSE(MOTION_CAMERA, MOTION_IF_CLIP_Y_DOWN, MOVED, 0.5f, "motion is in clip space: set motion_scale_x = 0.5, motion_scale_y = 0.5")
+    NRDI_CAUSE(MOTION_CAMERA, MOTION_IF_Y_FLIPPED, MOVED, 0.5f, "y of the motion is flipped: set motion_scale_y = -1")
+    NRDI_CAUSE(MOTION_CAMERA, MOTION_IF_SCALED_TWICE, MOVED, 0.5f, "motion is in uv already: leave motion_scale_x and motion_scale_y at 1")
+    NRDI_CAUSE(MOTION_CAMERA, MOTION_IF_TRANSPOSED, MOVED, 0.5f, "matrices are transposed (column-major, column vectors)")
+    NRDI_CAUSE(MOTION_CAMERA, MOTION_ZERO, MOVED, 0.5f, "motion is 0 though the camera moves: not written, or computed with the current camera twice")
+    NRDI_CAUSE(MOTION_DEPTH, DEPTH_IF_NEGATED, DEPTH_MOVED, 0.5f, "z of the motion is current minus previous, or view z has the other sign: negate it")
+    NRDI_CAUSE(MOTION_DEPTH, DEPTH_ZERO, DEPTH_MOVED, 0.5f, "z of the motion is 0: set motion_mode = NRD_MOTION_2D")
+    NRDI_CAUSE(PENUMBRA_ZERO, PENUMBRA_AWAY, AWAY_FROM_LIGHT, 0.1f, "light_x, y, z points away from the light: negate it")
+    NRDI_CAUSE(PENUMBRA_AWAY, PENUMBRA_ZERO, FACING_LIGHT, 0.5f, "light_x, y, z points away from the light: negate it")
+};
+
+static double nrdi_share(uint64_t count, uint64_t of) { return of ? (double)count / (double)of : 0; }
+
+static const char *nrdi_likely_cause(const uint64_t *counters, nrd_counter rule)
+{
+    const nrdi_cause *best = NULL;
+    double most = 0;
+    for (size_t i = 0; i < sizeof nrdi_causes / sizeof nrdi_causes[0]; i++) {
+        const nrdi_cause *c = &nrdi_causes[i];
+        double share = nrdi_share(counters[c->counter], counters[c->of]);
+        if (c->rule != rule || share < c->share || share <= most) continue;
+        most = share;
+        best = c;
+    }
+    return best ? best->text : "";
+}
+
+bool nrd_check_rule(const uint64_t *counters, uint32_t i, nrd_finding *out)
+{
+    if (!counters || !out || i >= sizeof nrdi_rules / sizeof nrdi_rules[0]) return false;
+    const nrdi_rule *rule = &nrdi_rules[i];
+    uint64_t of = counters[rule->of], count = counters[rule->counter];
+    bool of_frames = rule->of == NRD_COUNTER_FRAMES;
+    if (rule->counter == NRD_COUNTER_VIEWZ_NEGATIVE && count > of - count) count = of - count;   /* either sign will do */
+    out->name = rule->name;
+    out->text = rule->text;
+    out->count = count;
+    out->of = of;
+    out->share = nrdi_share(count, of);
+    out->allowed = rule->allowed;
+    /* a few odd pixels say nothing about most */
+    out->judged = of > 0 && (of_frames || rule->allowed < 0.1f || of * 300 >= counters[NRD_COUNTER_SURFACES]);
+    out->broken = out->judged && out->share > (double)rule->allowed;
+    out->cause = out->broken ? nrdi_likely_cause(counters, rule->counter) : "";
+    return true;
 }
 
 #endif /* NRD_IMPLEMENTED */

@@ -35,7 +35,8 @@
 
    COMMAND BUFFER
    Primary or secondary. nrd_vk_record calls vkCmdPipelineBarrier, vkCmdBindPipeline, vkCmdBindDescriptorSets, vkCmdPushConstants and
-   vkCmdDispatch; in the first recording, and the first after a resize, vkCmdClearColorImage; with NRD_VK_TIMESTAMPS vkCmdResetQueryPool and
+   vkCmdDispatch; in the first recording, and the first after a resize, vkCmdClearColorImage; with NRD_FEATURE_CHECK vkCmdCopyImageToBuffer into
+   memory of its own; with NRD_VK_TIMESTAMPS vkCmdResetQueryPool and
    vkCmdWriteTimestamp on a pool of its own; with NRD_VK_DEBUG_NAMES labels that it closes again. It leaves changed: the compute pipeline,
    descriptor sets of the compute bind point, push constants, and the layouts of the images in the list. State of graphics and ray tracing
    stays, as do the app's descriptor pools: it has one of its own. Ownership between queue families is not transferred: images that are not
@@ -190,6 +191,13 @@ typedef struct nrd_vk_timing {
    NRD_VK_TIMESTAMPS, and on queues that have no timestamps. */
 NRD_DECL nrd_result nrd_vk_timings(const nrd_vk *vk, uint32_t slot, nrd_vk_timing *timings, uint32_t capacity, uint32_t *count);
 
+/* ---------------------------------------------------------------------------------------------------------------------------
+   Input checker  >>counters */
+/* Adds what NRD_FEATURE_CHECK counted for this denoiser when it was last recorded with this slot to `counters` (NRD_COUNTER_COUNT of
+   them; start with zeros), for nrd_check_rule. Ask when the device has finished, before recording the slot again. Adds nothing where the
+   denoiser was not recorded with the slot, or has no check. */
+NRD_DECL nrd_result nrd_vk_counters(const nrd_vk *vk, uint32_t slot, uint32_t identifier, uint64_t *counters);
+
 #ifdef __cplusplus
 }
 #endif
@@ -221,7 +229,7 @@ NRD_DECL nrd_result nrd_vk_timings(const nrd_vk *vk, uint32_t slot, nrd_vk_timin
     X(vkDestroyDescriptorSetLayout) X(vkCreateDescriptorPool) X(vkDestroyDescriptorPool) X(vkAllocateDescriptorSets) \
     X(vkUpdateDescriptorSets) X(vkCreatePipelineLayout) X(vkDestroyPipelineLayout) X(vkCreateShaderModule) \
     X(vkDestroyShaderModule) X(vkCreateComputePipelines) X(vkDestroyPipeline) X(vkCreateQueryPool) X(vkDestroyQueryPool) \
-    X(vkGetQueryPoolResults) X(vkCmdResetQueryPool) X(vkCmdWriteTimestamp) X(vkCmdPipelineBarrier) X(vkCmdClearColorImage) \
+    X(vkGetQueryPoolResults) X(vkCmdResetQueryPool) X(vkCmdWriteTimestamp) X(vkCmdPipelineBarrier) X(vkCmdClearColorImage) X(vkCmdCopyImageToBuffer) \
     X(vkCmdBindPipeline) X(vkCmdBindDescriptorSets) X(vkCmdPushConstants) X(vkCmdDispatch)
 #define NRDI_VK_PHYSICAL_FUNCTIONS(X) \
     X(vkGetPhysicalDeviceProperties) X(vkGetPhysicalDeviceFormatProperties) X(vkGetPhysicalDeviceMemoryProperties) \
@@ -294,6 +302,7 @@ struct nrd_vk {
     VkDescriptorPool pool;
     VkBuffer constants;
     VkDeviceSize constant_stride;
+    VkDeviceSize counters_at;  /* in the same buffer: slots x denoiser_count x NRD_COUNTER_COUNT, where there is a checker */
     VkQueryPool queries;
     double tick_ns;
     uint64_t tick_mask;
@@ -305,6 +314,7 @@ struct nrd_vk {
     VkDescriptorSet *sets;         /* slots x pass_count */
     VkImageView *bound;            /* slots x pass_count x max_bindings: what the sets hold */
     bool *timed;                   /* slots x pass_count: has queries */
+    bool *counted;                 /* slots x denoiser_count: has counters */
     VkImageMemoryBarrier *barriers; /* as many as images */
     nrd_block *blocks;             /* texture_count; placement of one memory kind */
     VkDescriptorSetLayoutBinding *layout_bindings; /* max_bindings + 1 */
@@ -550,6 +560,7 @@ static size_t nrdi_vk_carve(nrd_vk *vk, char *base)
     NRDI_VK_TAKE(sets, VkDescriptorSet, passes);
     NRDI_VK_TAKE(bound, VkImageView, passes * bindings);
     NRDI_VK_TAKE(timed, bool, passes);
+    NRDI_VK_TAKE(counted, bool, (size_t)vk->slots * vk->info->denoiser_count);
     NRDI_VK_TAKE(barriers, VkImageMemoryBarrier, images);
     NRDI_VK_TAKE(blocks, nrd_block, textures);
     NRDI_VK_TAKE(layout_bindings, VkDescriptorSetLayoutBinding, bindings + 1);
@@ -790,7 +801,8 @@ static nrd_result nrdi_vk_create_image(nrd_vk *vk, const nrd_texture *texture, n
     info.extent.height = texture->height;
     info.extent.depth = info.mipLevels = info.arrayLayers = 1;
     info.samples = VK_SAMPLE_COUNT_1_BIT;
-    info.usage = VK_IMAGE_USAGE_SAMPLED_BIT | VK_IMAGE_USAGE_STORAGE_BIT | (texture->permanent ? (VkImageUsageFlags)VK_IMAGE_USAGE_TRANSFER_DST_BIT : 0);
+    info.usage = VK_IMAGE_USAGE_SAMPLED_BIT | VK_IMAGE_USAGE_STORAGE_BIT | (texture->permanent ? (VkImageUsageFlags)VK_IMAGE_USAGE_TRANSFER_DST_BIT : 0)
+               | (texture->read_back ? (VkImageUsageFlags)VK_IMAGE_USAGE_TRANSFER_SRC_BIT : 0);
     NRDI_VK_CREATE(vk, vkCreateImage, &info, &out->image);
     out->layout = VK_IMAGE_LAYOUT_GENERAL;
     out->transient = !texture->permanent;
@@ -866,6 +878,15 @@ static nrd_result nrdi_vk_create_images(nrd_vk *vk)
     return result;
 }
 
+enum { NRDI_VK_COUNTER_BYTES = NRD_COUNTER_COUNT * 4 };
+
+static bool nrdi_vk_has_counters(const nrd_vk *vk)
+{
+    bool has = false;
+    for (uint32_t i = 0; i < vk->info->texture_count; i++) has |= vk->info->textures[i].read_back;
+    return has;
+}
+
 static nrd_result nrdi_vk_create_bare_constants(nrd_vk *vk, VkMemoryRequirements *needs)
 {
     VkPhysicalDeviceProperties has;
@@ -873,8 +894,12 @@ static nrd_result nrdi_vk_create_bare_constants(nrd_vk *vk, VkMemoryRequirements
     vk->physical.vkGetPhysicalDeviceProperties(vk->physical.device, &has);
     VkDeviceSize align = has.limits.minUniformBufferOffsetAlignment ? has.limits.minUniformBufferOffsetAlignment : 1;
     vk->constant_stride = (vk->info->constant_bytes + align - 1) / align * align;
-    info.size = vk->constant_stride * vk->slots * vk->info->pass_count;
+    info.size = vk->counters_at = vk->constant_stride * vk->slots * vk->info->pass_count;
     info.usage = VK_BUFFER_USAGE_UNIFORM_BUFFER_BIT;
+    if (nrdi_vk_has_counters(vk)) {
+        info.size += (VkDeviceSize)vk->slots * vk->info->denoiser_count * NRDI_VK_COUNTER_BYTES;
+        info.usage |= VK_BUFFER_USAGE_TRANSFER_DST_BIT;
+    }
     NRDI_VK_CREATE(vk, vkCreateBuffer, &info, &vk->constants);
     nrdi_vk_name(vk, VK_OBJECT_TYPE_BUFFER, &vk->constants, "nrd ", "constants");
     vk->fn.vkGetBufferMemoryRequirements(vk->desc.device, vk->constants, needs);
@@ -1510,6 +1535,32 @@ static void nrdi_vk_dispatch(nrd_vk *vk, VkCommandBuffer cmd, uint32_t set, cons
     if (vk->begin_label && vk->end_label) vk->end_label(cmd);
 }
 
+/* Behind a dispatch that counts: its counters go to the host's memory. */
+static void nrdi_vk_read_back(nrd_vk *vk, VkCommandBuffer cmd, uint32_t slot, const nrd_dispatch *dispatch)
+{
+    uint32_t i = 0, place = slot * vk->info->denoiser_count + vk->info->passes[dispatch->pass].denoiser;
+    VkBufferImageCopy region;
+    while (i < dispatch->binding_count && !(dispatch->bindings[i].resource == NRD_RESOURCE_INTERNAL && vk->info->textures[dispatch->bindings[i].texture].read_back)) i++;
+    if (i == dispatch->binding_count) return;
+    nrdi_vk_need_memory(&vk->batch);
+    vk->batch.to |= VK_PIPELINE_STAGE_TRANSFER_BIT;
+    vk->batch.to_access |= VK_ACCESS_TRANSFER_READ_BIT;
+    nrdi_vk_flush(vk, cmd);
+    memset(&region, 0, sizeof region);
+    region.bufferOffset = vk->counters_at + (VkDeviceSize)place * NRDI_VK_COUNTER_BYTES;
+    region.imageSubresource.aspectMask = VK_IMAGE_ASPECT_COLOR_BIT;
+    region.imageSubresource.layerCount = 1;
+    region.imageExtent.width = NRD_COUNTER_COUNT;
+    region.imageExtent.height = region.imageExtent.depth = 1;
+    vk->fn.vkCmdCopyImageToBuffer(cmd, nrdi_vk_image_of(vk, &dispatch->bindings[i])->image, VK_IMAGE_LAYOUT_GENERAL, vk->constants, 1, &region);
+    vk->batch.from = VK_PIPELINE_STAGE_TRANSFER_BIT; /* the next frame clears what was copied */
+    vk->batch.from_access = VK_ACCESS_TRANSFER_WRITE_BIT;
+    vk->batch.to = VK_PIPELINE_STAGE_COMPUTE_SHADER_BIT | VK_PIPELINE_STAGE_HOST_BIT;
+    vk->batch.to_access = VK_ACCESS_HOST_READ_BIT;
+    nrdi_vk_flush(vk, cmd);
+    vk->counted[place] = true;
+}
+
 static void nrdi_vk_reset_queries(nrd_vk *vk, VkCommandBuffer cmd, uint32_t slot, const nrd_dispatch *dispatches, uint32_t count)
 {
     const nrd_info *info = vk->info;
@@ -1538,6 +1589,7 @@ static void nrdi_vk_run(nrd_vk *vk, VkCommandBuffer cmd, uint32_t slot, const nr
             memcpy(ring + offset, dispatch->constants, vk->info->constant_bytes);
         }
         nrdi_vk_dispatch(vk, cmd, set, dispatch, (uint32_t)offset);
+        nrdi_vk_read_back(vk, cmd, slot, dispatch);
         vk->timed[set] = vk->queries != VK_NULL_HANDLE;
     }
 }
@@ -1588,6 +1640,28 @@ nrd_result nrd_vk_timings(const nrd_vk *vk, uint32_t slot, nrd_vk_timing *timing
         timing->name = vk->info->passes[pass].name;
         timing->pass = pass;
         timing->nanoseconds = (double)((ticks[1] - ticks[0]) & vk->tick_mask) * vk->tick_ns;
+    }
+    return NRD_RESULT_OK;
+}
+
+/* ---------------------------------------------------------------------------------------------------------------------------
+   Input checker  >>counters */
+nrd_result nrd_vk_counters(const nrd_vk *vk, uint32_t slot, uint32_t identifier, uint64_t *counters)
+{
+    uint32_t found = 0, place;
+    if (!vk) return NRD_RESULT_INVALID_ARGUMENT;
+    if (!counters) return nrdi_vk_fail(vk->desc.instance, NRD_RESULT_INVALID_ARGUMENT, "nrd_vk_counters: counters is NULL");
+    if (slot >= vk->slots) return nrdi_vk_fail_value(vk->desc.instance, NRD_RESULT_INVALID_ARGUMENT, "nrd_vk_counters: slot", slot, ", allowed is 0 to ", vk->slots - 1);
+    while (found < vk->info->denoiser_count && vk->info->denoisers[found].identifier != identifier) found++;
+    if (found == vk->info->denoiser_count)
+        return nrdi_vk_fail_value(vk->desc.instance, NRD_RESULT_UNKNOWN_DENOISER, "nrd_vk_counters: no denoiser has this identifier: it", identifier, ", denoisers: ", found);
+    place = slot * vk->info->denoiser_count + found;
+    if (!vk->counted[place]) return NRD_RESULT_OK;
+    const char *from = (const char *)vk->memory[NRD_VK_MEMORY_CONSTANTS].mapped + vk->counters_at + (size_t)place * NRDI_VK_COUNTER_BYTES;
+    for (uint32_t i = 0; i < NRD_COUNTER_COUNT; i++) {
+        uint32_t counter;
+        memcpy(&counter, from + 4 * i, 4);
+        counters[i] += counter;
     }
     return NRD_RESULT_OK;
 }

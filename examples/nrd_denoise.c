@@ -8,6 +8,7 @@
 #include "common/capture.h"
 #include "common/cli.h"
 #include "common/denoise.h"
+#include "common/png.h"
 #include "common/settings.h"
 #include "common/signals.h"
 
@@ -24,6 +25,7 @@
 static const char usage[] =
     "usage: nrd-denoise --denoiser NAME[,NAME...] [options] IN OUT\n"
     "       nrd-denoise --denoiser NAME[,NAME...] --info|--explain[=text|json|dot] [--size WxH] [options]\n"
+    "       nrd-denoise --check [--denoiser NAME[,NAME...]] IN\n"
     "Denoises the frames of capture folder IN into folder OUT.\n"
     "  --set KEY=VALUE     a setting of the denoisers or of the frame; DENOISER.KEY=VALUE for one of several\n"
     "  --signal NAME       what `reference` averages: diffuse (default), specular, shadow, ao, final\n"
@@ -33,6 +35,10 @@ static const char usage[] =
     "  --device N          the N-th Vulkan device, from 0\n"
     "  --validate          under the Vulkan validation layer, with synchronisation checks; fails on any message\n"
     "  --explain[=FORMAT]  lists what these settings keep and leave out, why, and what that saves: text, json, dot (Graphviz)\n"
+    "  --check             says which rules the inputs break and in what share of pixels; exit status 1 if any. Without --denoiser\n"
+    "                      the inputs of all that IN has\n"
+    "  --overlay DIR       also writes DIR/validation.0000.png, ...: what the first denoiser gets and remembers (README: When the picture\n"
+    "                      is wrong); --set validation=2 for the second\n"
     "  --info              lists passes, textures, bytes and settings (for 1920x1080), touches no GPU\n";
 
 typedef struct options {
@@ -40,7 +46,7 @@ typedef struct options {
     setting_value settings[MAX_SETTINGS];
     const char *set_texts[MAX_SETTINGS]; /* parsed when the denoisers are known */
     uint32_t set_count;
-    const char *denoisers, *in, *out, *csv;
+    const char *denoisers, *in, *out, *csv, *overlay;
     long first, last;      /* frames; -1: as in IN */
     bool info, explain;
     nrd_explain_format explain_format;
@@ -53,7 +59,9 @@ typedef struct program {
     denoise *d;
     FILE *csv;
     char csv_part[CAPTURE_PATH_SIZE];
-    bool made_folder;
+    uint64_t counters[NRD_COUNTER_COUNT]; /* of --check */
+    bool made_folder, made_overlay;
+    unsigned char *rgb;    /* of the overlay */
     int written;
     double *frame_ms;      /* sum of the passes, per written frame */
 } program;
@@ -127,6 +135,12 @@ static bool parse_csv(program *p, const char *text)
     return true;
 }
 
+static bool parse_overlay(program *p, const char *text)
+{
+    p->opt.overlay = text;
+    return p->opt.desc.overlay = true;
+}
+
 static bool parse_denoisers(program *p, const char *text)
 {
     p->opt.denoisers = text;
@@ -154,6 +168,8 @@ static bool set_flag(program *p, const char *name)
         return parse_explain(p, name);
     if (!strcmp(name, "--info"))
         return p->opt.info = true;
+    if (!strcmp(name, "--check"))
+        return p->opt.desc.check = true;
     if (!strcmp(name, "--validate"))
         return p->opt.desc.validate = true;
     return fail(p, name, ": unknown option; try --help");
@@ -163,7 +179,7 @@ static bool parse_argument(program *p, int argc, char **argv, int *i)
 {
     static const struct { const char *name; bool (*parse)(program *, const char *); } with_value[] = {
         { "--denoiser", parse_denoisers }, { "--set", parse_set }, { "--signal", parse_signal }, { "--frames", parse_frames },
-        { "--csv", parse_csv }, { "--device", parse_device }, { "--absent", parse_absent }, { "--size", parse_size },
+        { "--csv", parse_csv }, { "--overlay", parse_overlay }, { "--device", parse_device }, { "--absent", parse_absent }, { "--size", parse_size },
     };
     const char *name = argv[*i];
     for (size_t k = 0; k < sizeof with_value / sizeof *with_value; k++) {
@@ -209,6 +225,35 @@ static bool find_denoisers(program *p)
     }
 }
 
+/* Those that between them read every input that the first frame has. */
+static bool choose_denoisers(program *p)
+{
+    static const struct { const char *plane, *distance; nrd_denoiser denoiser; } rows[] = {
+        { "diffuse.R", "diffuse.hitT", NRD_DENOISER_REBLUR_DIFFUSE }, { "specular.R", "specular.hitT", NRD_DENOISER_REBLUR_SPECULAR },
+        { "diffuse.dir.X", "diffuse.hitT", NRD_DENOISER_REBLUR_DIFFUSE_DIRECTIONAL_OCCLUSION },
+        { "shadow.translucency.R", "shadow.hitT", NRD_DENOISER_SIGMA_SHADOW_TRANSLUCENCY },
+        { "shadow.hitT", "shadow.hitT", NRD_DENOISER_SIGMA_SHADOW },
+    };
+    capture frame;
+    int first, last;
+    char path[CAPTURE_PATH_SIZE];
+    denoise_desc *desc = &p->opt.desc;
+    if (!capture_frame_range(p->opt.in, &first, &last, p->error, sizeof p->error))
+        return false;
+    capture_frame_path(path, sizeof path, p->opt.in, first);
+    if (!capture_read(path, &frame, p->error, sizeof p->error))
+        return false;
+    bool shadow = false;
+    for (size_t i = 0; i < sizeof rows / sizeof *rows; i++) {
+        if (!capture_find_plane(&frame, rows[i].plane) || !capture_find_plane(&frame, rows[i].distance) || (shadow && rows[i].denoiser == NRD_DENOISER_SIGMA_SHADOW))
+            continue;
+        shadow = shadow || rows[i].denoiser == NRD_DENOISER_SIGMA_SHADOW_TRANSLUCENCY;
+        desc->denoisers[desc->denoiser_count++] = rows[i].denoiser;
+    }
+    capture_destroy(&frame);
+    return desc->denoiser_count || fail(p, p->opt.in, ": has nothing to denoise");
+}
+
 static bool parse(program *p, int argc, char **argv)
 {
     options *opt = &p->opt;
@@ -218,7 +263,9 @@ static bool parse(program *p, int argc, char **argv)
     for (int i = 1; i < argc; i++)
         if (!parse_argument(p, argc, argv, &i))
             return false;
-    if (!find_denoisers(p))
+    if (opt->desc.check && !opt->denoisers && !(opt->in && choose_denoisers(p)))
+        return opt->in ? false : fail(p, "", "--check needs an input folder; try --help");
+    if (!opt->desc.denoiser_count && !find_denoisers(p))
         return false;
     for (uint32_t i = 0; i < opt->set_count; i++)
         if (!setting_parse(opt->set_texts[i], opt->desc.denoisers, opt->desc.denoiser_count, &opt->settings[i], p->error, sizeof p->error))
@@ -227,6 +274,8 @@ static bool parse(program *p, int argc, char **argv)
     opt->desc.setting_count = opt->set_count;
     if (opt->info || opt->explain)
         return !opt->in || fail(p, opt->info ? "--info" : "--explain", " takes no folders");
+    if (opt->desc.check)
+        return (opt->in && !opt->out) || fail(p, "", "--check takes one folder");
     return (opt->in && opt->out) || fail(p, "", "needs an input and an output folder; try --help");
 }
 
@@ -349,11 +398,10 @@ static bool find_frames(program *p)
     return true;
 }
 
-/* Creates OUT where it is not there; refuses to write over IN. */
-static bool open_folder(program *p)
+/* Creates a folder where it is not there; refuses to write over IN. */
+static bool open_folder(program *p, const char *path, bool *made)
 {
     struct stat in, out;
-    const char *path = p->opt.out;
     if (stat(path, &out) == 0) {
         if (!S_ISDIR(out.st_mode))
             return fail(p, path, ": is not a folder");
@@ -365,7 +413,7 @@ static bool open_folder(program *p)
         snprintf(p->error, sizeof p->error, "%s: cannot create the folder: %s", path, strerror(errno));
         return false;
     }
-    return p->made_folder = true;
+    return *made = true;
 }
 
 static bool open_csv(program *p)
@@ -397,6 +445,28 @@ static bool close_csv(program *p, bool finished)
     return !finished || fail(p, p->opt.csv, ": cannot write");
 }
 
+/* ---- --check ---- */
+
+static bool print_findings(program *p)
+{
+    nrd_finding f;
+    uint32_t broken = 0;
+    printf("%-20s %9s %9s\n", "rule", "share", "allowed");
+    for (uint32_t i = 0; nrd_check_rule(p->counters, i, &f); i++) {
+        broken += f.broken;
+        printf("%-20s ", f.name);
+        if (!f.judged)
+            printf("%9s %8.1f%%  nothing to judge it by\n", "-", 100 * f.allowed);
+        else
+            printf("%8.3f%% %8.1f%%  %s%s\n", 100 * f.share, 100 * f.allowed, f.broken ? "BROKEN: " : "ok", f.broken ? f.text : "");
+        if (f.cause[0])
+            printf("%40s  likely: %s\n", "", f.cause);
+    }
+    if (broken)
+        snprintf(p->error, sizeof p->error, "%s: the inputs break %u rule%s, see above", p->opt.in, broken, broken > 1 ? "s" : "");
+    return broken == 0;
+}
+
 /* ---- denoising ---- */
 
 static void note_timings(program *p, int frame)
@@ -412,15 +482,37 @@ static void note_timings(program *p, int frame)
     p->frame_ms[p->written++] = sum;
 }
 
-/* Reads, denoises and writes one frame. */
+static bool write_overlay(program *p, int number, const capture *frame)
+{
+    char path[CAPTURE_PATH_SIZE];
+    if (!p->opt.overlay)
+        return true;
+    if (snprintf(path, sizeof path, "%s/validation.%04d.png", p->opt.overlay, number) >= (int)sizeof path)
+        return fail(p, p->opt.overlay, ": the path is too long");
+    return denoise_overlay(p->d, p->rgb, p->error, sizeof p->error)
+        && write_png(path, frame->width, frame->height, p->rgb, p->error, sizeof p->error);
+}
+
+static bool check_frame(program *p, int number, const capture *frame, const char *path)
+{
+    bool ok = denoise_look(p->d, frame, path, (uint32_t)number, p->error, sizeof p->error)
+        && denoise_count(p->d, frame, p->counters, p->error, sizeof p->error) && write_overlay(p, number, frame);
+    if (ok)
+        note_timings(p, number);
+    return ok;
+}
+
+/* Denoises and writes one frame. */
 static bool process(program *p, int number, const capture *frame, const char *path)
 {
     capture result;
+    if (p->opt.desc.check)
+        return check_frame(p, number, frame, path);
     char out[CAPTURE_PATH_SIZE];
     capture_frame_path(out, sizeof out, p->opt.out, number);
     if (!denoise_frame(p->d, frame, path, (uint32_t)number, &result, p->error, sizeof p->error))
         return false;
-    bool ok = capture_write(out, &result, p->error, sizeof p->error);
+    bool ok = capture_write(out, &result, p->error, sizeof p->error) && write_overlay(p, number, frame);
     capture_destroy(&result);
     if (ok)
         note_timings(p, number);
@@ -437,7 +529,9 @@ static bool open_all(program *p, const capture *first, const char *path)
     p->frame_ms = calloc((size_t)(p->opt.last - p->opt.first + 1), sizeof *p->frame_ms);
     if (!p->d)
         return false;
-    return (p->frame_ms || fail(p, "", "out of memory")) && open_folder(p) && open_csv(p);
+    p->rgb = malloc((size_t)first->width * (size_t)first->height * 3);
+    return ((p->frame_ms && p->rgb) || fail(p, "", "out of memory")) && (desc->check || open_folder(p, p->opt.out, &p->made_folder))
+        && (!p->opt.overlay || open_folder(p, p->opt.overlay, &p->made_overlay)) && open_csv(p);
 }
 
 static bool denoise_all(program *p)
@@ -453,7 +547,7 @@ static bool denoise_all(program *p)
             return false;
         ok = (i > 0 || open_all(p, &frame, path)) && process(p, number, &frame, path);
         capture_destroy(&frame);
-        cli_progress("denoising", ok ? i + 1 : total, total);
+        cli_progress(p->opt.desc.check ? "checking" : "denoising", ok ? i + 1 : total, total);
     }
     if (ok && p->opt.desc.validate && denoise_message_count(p->d)) {
         snprintf(p->error, sizeof p->error, "%u validation messages, see above", denoise_message_count(p->d));
@@ -485,8 +579,11 @@ static void release(program *p)
 {
     denoise_destroy(p->d);
     free(p->frame_ms);
+    free(p->rgb);
     if (p->made_folder && !p->written)
         rmdir(p->opt.out);
+    if (p->made_overlay && !p->written)
+        rmdir(p->opt.overlay);
 }
 
 int main(int argc, char **argv)
@@ -502,7 +599,9 @@ int main(int argc, char **argv)
     } else if (ok) {
         ok = find_frames(&p) && denoise_all(&p);
         ok = close_csv(&p, ok) && ok;
-        if (ok)
+        if (ok && p.opt.desc.check)
+            ok = print_findings(&p);
+        else if (ok)
             print_summary(&p);
     }
     release(&p);

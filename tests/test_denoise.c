@@ -124,6 +124,21 @@ static void make_single(const char *name, const char *without)
     capture_destroy(&c);
 }
 
+/* The shot `from` with its motion negated. */
+static void make_wrong(const char *name, const char *from, int frames)
+{
+    make_shot(name, 0, 0, -1);
+    for (int i = 0; i < frames; i++) {
+        float *motion[3];
+        capture c = read_frame(from, i);
+        assert_true(capture_find_planes(&c, "motion", "XYZ", motion));
+        for (int k = 0; k < 3; k++)
+            for (size_t p = 0; p < (size_t)c.width * (size_t)c.height; p++) motion[k][p] = -motion[k][p];
+        write_frame(&c, name, i);
+        capture_destroy(&c);
+    }
+}
+
 static void truncate_frame(const char *in, int frame)
 {
     assert_int_equal(truncate(path_of(in, frame), 9000), 0);
@@ -143,6 +158,8 @@ static int make_fixtures(void **state)
     truncate_frame("broken", 2);
     make_shot("broken_first", 0.02f, 1, -1);
     truncate_frame("broken_first", 0);
+    make_shot("fast", 0.2f, 3, -1);
+    make_wrong("wrong", "fast", 3);
     make_shot("sizes", 0.02f, 2, -1);
     assert_true(capture_create(&small, 8, 8));
     capture_add_plane(&small, "viewZ", CAPTURE_HALF);
@@ -208,6 +225,13 @@ static void misuse_gives_one_line_and_leaves_nothing(void **state)
         { "--denoiser reblur_diffuse moving moving/frame.0000.exr", "is not a folder" },
         { "--denoiser reblur_diffuse moving absent/out", "cannot create the folder" },
         { "--denoiser reblur_diffuse --csv absent/times.csv moving out", "absent/times.csv: cannot write" },
+        { "--check", "--check needs an input folder" },
+        { "--check moving out", "--check takes one folder" },
+        { "--check absent", "absent: cannot open the folder" },
+        { "--check no_normals", "no_normals/frame.0000.exr: channel normal.Y is missing" },
+        { "--denoiser reblur_diffuse --overlay", "--overlay needs a value" },
+        { "--denoiser reblur_diffuse --overlay absent/out moving out", "absent/out: cannot create the folder" },
+        { "--denoiser reblur_diffuse --set validation=2 moving out", "nrd_frame.validation is 2, allowed: 0 to 1" },
         { "--denoiser reblur_diffuse --info --size 0x9", "--size needs WIDTHxHEIGHT" },
         { "--denoiser reblur_diffuse --info moving", "--info takes no folders" },
         { "--denoiser reblur_diffuse --explain moving", "--explain takes no folders" },
@@ -285,6 +309,30 @@ static void the_other_programs_name_what_is_wrong_too(void **state)
         expect_one_line(program, cases[i][2]);
         assert_false(exists("a.png") || exists("a.png.part"));
     }
+}
+
+/* ---- --check and --overlay ---- */
+
+static void good_inputs_pass_the_check_and_wrong_ones_are_named(void **state)
+{
+    (void)state;
+    succeed(run("nrd-denoise", "--check --validate fast"));
+    assert_non_null(strstr(output, "MOTION_CAMERA"));
+    assert_null(strstr(output, "BROKEN"));
+    assert_int_not_equal(run("nrd-denoise", "--check --denoiser reblur_diffuse --validate wrong"), 0);
+    assert_non_null(strstr(errors, "wrong: the inputs break"));
+    assert_non_null(strstr(output, "BROKEN: motion contradicts the camera's"));
+    assert_non_null(strstr(output, "likely: motion is current minus previous: negate it"));
+}
+
+static void the_overlay_is_written_beside_the_result_and_with_the_check(void **state)
+{
+    (void)state;
+    succeed(run("nrd-denoise", "--denoiser reblur_diffuse --validate --frames 0:1 --overlay look fast out_look"));
+    assert_true(exists("look/validation.0000.png") && exists("look/validation.0001.png") && exists("out_look/frame.0001.exr"));
+    succeed(run("nrd-denoise", "--check --frames 1:1 --overlay look_check fast"));
+    assert_true(exists("look_check/validation.0001.png"));
+    assert_false(exists("look_check/validation.0000.png"));
 }
 
 /* ---- results ---- */
@@ -614,6 +662,8 @@ int main(void)
         cmocka_unit_test(without_vulkan_the_line_says_so),
         cmocka_unit_test(a_bad_frame_keeps_the_whole_ones_before_it),
         cmocka_unit_test(the_other_programs_name_what_is_wrong_too),
+        cmocka_unit_test(good_inputs_pass_the_check_and_wrong_ones_are_named),
+        cmocka_unit_test(the_overlay_is_written_beside_the_result_and_with_the_check),
         cmocka_unit_test(denoising_removes_the_noise_and_keeps_the_picture),
         cmocka_unit_test(shadows_are_denoised_alone_and_beside_a_radiance),
         cmocka_unit_test(score_prints_what_the_metrics_say),

@@ -355,8 +355,11 @@ static void resolve_settings(const denoise_desc *desc, nrd_denoiser owner, const
 {
     const setting_value sun[4] = { { "light_x", false, owner, frame->sun_direction[0] }, { "light_y", false, owner, frame->sun_direction[1] },
                                    { "light_z", false, owner, frame->sun_direction[2] }, { "light_radius", false, owner, frame->sun_tan_angular_radius } };
+    const setting_value wide[2] = { { "hit_distance_a", false, owner, 1000.0 }, { "hit_distance_b", false, owner, 0.0 } };
     nrd_settings_defaults(owner, out);
     settings_apply(sun, COUNT(sun), owner, 1.0, out);
+    if (desc->check)
+        settings_apply(wide, COUNT(wide), owner, 1.0, out); /* metres: the checker is to see distances, not that they are long */
     settings_apply(desc->settings, desc->setting_count, owner, frame->metres_per_unit, out);
 }
 
@@ -370,10 +373,12 @@ static uint32_t features_for(const denoise_desc *desc, const capture *frame)
 {
     static const struct { const char *name; uint32_t feature; } by_setting[] = {
         { "split_screen", NRD_FEATURE_SPLIT_SCREEN },
+        { "validation", NRD_FEATURE_VALIDATION },
         { "diffuse_prepass_blur_radius", NRD_FEATURE_PREPASS },
         { "specular_prepass_blur_radius", NRD_FEATURE_PREPASS },
     };
-    uint32_t features = has_confidence(frame) ? NRD_FEATURE_HISTORY_CONFIDENCE : 0;
+    uint32_t features = (has_confidence(frame) ? NRD_FEATURE_HISTORY_CONFIDENCE : 0) | (desc->check ? NRD_FEATURE_CHECK : 0)
+                      | (desc->overlay ? NRD_FEATURE_VALIDATION : 0);
     for (uint32_t i = 0; i < desc->setting_count; i++)
         for (size_t k = 0; k < COUNT(by_setting); k++)
             if (!strcmp(desc->settings[i].name, by_setting[k].name) && desc->settings[i].value > 0)
@@ -631,6 +636,7 @@ static nrd_frame frame_of(const denoise *d, const capture *frame, uint32_t index
     f.denoising_range = frame->denoising_range;
     f.motion_mode = NRD_MOTION_2_5D;
     f.history_confidence_available = d->images[NRD_RESOURCE_IN_DIFF_CONFIDENCE].view != VK_NULL_HANDLE;
+    f.validation = d->desc.overlay;
     settings_apply(d->desc.settings, d->desc.setting_count, SETTINGS_OF_FRAME, 1.0, &f);
     return f;
 }
@@ -812,19 +818,109 @@ static bool read_outputs(denoise *d, const frame_view *view, const char *path, c
     return ok;
 }
 
-bool denoise_frame(denoise *d, const capture *frame, const char *path, uint32_t index, capture *out, char *error, size_t error_size)
+/* All but reading back; d->sink is set for the caller to go on with. */
+static bool run_frame(denoise *d, const frame_view *view, const char *path, uint32_t index, char *error, size_t error_size)
 {
-    memset(out, 0, sizeof *out);
+    const capture *frame = view->frame;
     if (frame->width != d->width || frame->height != d->height) {
         snprintf(error, error_size, "%s: is %dx%d, the first frame is %dx%d", path, frame->width, frame->height, d->width, d->height);
         return false;
     }
     say(error, error_size, "");
     d->sink = (denoise_sink){ error, error_size };
+    return check_frame(&d->desc, d->instance, frame, path, &d->sink) && upload_inputs(d, view)
+        && set_settings(d, frame) && set_frame(d, frame, index) && run_passes(d) && take_timings(d);
+}
+
+bool denoise_frame(denoise *d, const capture *frame, const char *path, uint32_t index, capture *out, char *error, size_t error_size)
+{
     frame_view view = view_of(d, frame);
-    bool ok = check_frame(&d->desc, d->instance, frame, path, &d->sink) && upload_inputs(d, &view)
-        && set_settings(d, frame) && set_frame(d, frame, index) && run_passes(d) && take_timings(d) && read_outputs(d, &view, path, out);
+    memset(out, 0, sizeof *out);
+    bool ok = run_frame(d, &view, path, index, error, error_size) && read_outputs(d, &view, path, out);
     d->sink = (denoise_sink){ NULL, 0 };
+    return ok;
+}
+
+bool denoise_look(denoise *d, const capture *frame, const char *path, uint32_t index, char *error, size_t error_size)
+{
+    frame_view view = view_of(d, frame);
+    bool ok = run_frame(d, &view, path, index, error, error_size);
+    d->sink = (denoise_sink){ NULL, 0 };
+    return ok;
+}
+
+bool denoise_overlay(denoise *d, unsigned char *rgb, char *error, size_t error_size)
+{
+    const unsigned char *texels = d->texels;
+    if (!gpu_download(&d->g, &d->images[NRD_RESOURCE_OUT_VALIDATION], d->texels))
+        return say(error, error_size, gpu_error(&d->g));
+    for (size_t i = 0; i < (size_t)d->width * (size_t)d->height; i++)
+        memcpy(rgb + 3 * i, texels + 4 * i, 3);
+    return true;
+}
+
+/* Planes whose faults packing repairs. hit: the plane may be negative nowhere, though infinite. */
+typedef struct plane_row {
+    nrd_resource resource;
+    const char *planes[4];
+    nrd_counter not_finite, negative;
+    bool hit;
+} plane_row;
+
+static const plane_row repaired[] = {
+    { NRD_RESOURCE_IN_DIFF_RADIANCE_HITDIST, { "diffuse.R", "diffuse.G", "diffuse.B" }, NRD_COUNTER_DIFF_NOT_FINITE, NRD_COUNTER_DIFF_NEGATIVE, false },
+    { NRD_RESOURCE_IN_SPEC_RADIANCE_HITDIST, { "specular.R", "specular.G", "specular.B" }, NRD_COUNTER_SPEC_NOT_FINITE, NRD_COUNTER_SPEC_NEGATIVE, false },
+    { NRD_RESOURCE_IN_DIFF_RADIANCE_HITDIST, { "diffuse.hitT" }, NRD_COUNTER_DIFF_NOT_FINITE, NRD_COUNTER_DIFF_HIT_NEGATIVE, true },
+    { NRD_RESOURCE_IN_SPEC_RADIANCE_HITDIST, { "specular.hitT" }, NRD_COUNTER_SPEC_NOT_FINITE, NRD_COUNTER_SPEC_HIT_NEGATIVE, true },
+    { NRD_RESOURCE_IN_PENUMBRA, { "shadow.hitT" }, NRD_COUNTER_PENUMBRA_INVALID, NRD_COUNTER_PENUMBRA_INVALID, true },
+};
+
+static void count_plane_row(const capture *frame, const plane_row *row, uint64_t *counters)
+{
+    const float *z = capture_find_plane(frame, "viewZ"), *planes[3];
+    int n = 0;
+    for (; n < 3 && row->planes[n]; n++)
+        planes[n] = capture_find_plane(frame, row->planes[n]);
+    for (size_t i = 0; i < pixels_of(frame); i++) {
+        bool finite = true, negative = false;
+        if (is_sky(frame, z, i))
+            continue;
+        for (int k = 0; k < n; k++) {
+            finite = finite && (isfinite(planes[k][i]) || (row->hit && isinf(planes[k][i])));
+            negative = negative || planes[k][i] < 0;
+        }
+        counters[row->not_finite] += !finite;
+        counters[row->negative] += finite && negative;
+    }
+}
+
+static void count_normals(const capture *frame, uint64_t *counters)
+{
+    float *n[3];
+    const float *z = capture_find_plane(frame, "viewZ");
+    if (!capture_find_planes(frame, "normal", "XYZ", n))
+        return;
+    for (size_t i = 0; i < pixels_of(frame); i++) {
+        float squared = n[0][i] * n[0][i] + n[1][i] * n[1][i] + n[2][i] * n[2][i];
+        if (is_sky(frame, z, i))
+            continue;
+        counters[NRD_COUNTER_NORMAL_NOT_FINITE] += !isfinite(squared);
+        counters[NRD_COUNTER_NORMAL_LENGTH] += isfinite(squared) && fabsf(squared - 1.0f) > 0.02f;
+    }
+}
+
+bool denoise_count(denoise *d, const capture *frame, uint64_t *counters, char *error, size_t error_size)
+{
+    bool ok = true;
+    d->sink = (denoise_sink){ error, error_size };
+    for (uint32_t i = 0; i < d->desc.denoiser_count && ok; i++)
+        ok = check(nrd_vk_counters(d->vk, 0, i, counters), &d->sink);
+    d->sink = (denoise_sink){ NULL, 0 };
+    for (size_t i = 0; i < COUNT(repaired) && ok; i++)
+        if (nrd_uses_resource(d->instance, repaired[i].resource))
+            count_plane_row(frame, &repaired[i], counters);
+    if (ok)
+        count_normals(frame, counters);
     return ok;
 }
 

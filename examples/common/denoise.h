@@ -21,6 +21,8 @@ typedef struct denoise_desc {
     uint32_t setting_count;
     int device_index;             /* position in vkEnumeratePhysicalDevices; negative: the first */
     bool validate;                /* under the validation layer, with synchronisation checks */
+    bool check;                   /* with the input checker */
+    bool overlay;                 /* with the validation overlay, of the first denoiser unless the setting `validation` says otherwise */
 } denoise_desc;
 
 typedef struct denoise denoise;
@@ -52,6 +54,16 @@ denoise *denoise_create(const denoise_desc *desc, const capture *frame, char *er
    composition channels are there (signals that were not denoised enter noisy), and denoised.diffuse.ao where the hit
    distance was normalised by A = 3 metres, B = 0 (otherwise occlusion denoisers write denoised.diffuse.hitDist). In pixels of the sky the noisy values are passed on. */
 bool denoise_frame(denoise *d, const capture *frame, const char *path, uint32_t index, capture *out, char *error, size_t error_size);
+
+/* Adds what the input checker says of the last frame given to denoise_frame or denoise_look to `counters` (NRD_COUNTER_COUNT), for
+   nrd_check_rule. Packing repairs what a capture's planes hold, so NaN, negative numbers and lengths of normals are counted there. */
+bool denoise_count(denoise *d, const capture *frame, uint64_t *counters, char *error, size_t error_size);
+
+/* The validation overlay of the last frame: RGB, 8 bits, top row first. */
+bool denoise_overlay(denoise *d, unsigned char *rgb, char *error, size_t error_size);
+
+/* As denoise_frame, without reading back what was denoised. */
+bool denoise_look(denoise *d, const capture *frame, const char *path, uint32_t index, char *error, size_t error_size);
 
 /* Runs the passes once more on the inputs of the last frame, as frame `index`, without transfers: for timings. */
 bool denoise_again(denoise *d, const capture *frame, uint32_t index, char *error, size_t error_size);

@@ -19,7 +19,9 @@
 #define NRD_FEATURE_DISOCCLUSION_THRESHOLD_MIX 2
 #define NRD_FEATURE_PREPASS                    4
 #define NRD_FEATURE_SPLIT_SCREEN               8
-#define NRD_FEATURE_ALL                        15
+#define NRD_FEATURE_CHECK                     64 /* counts what is wrong with the inputs: nrd_check_rule */
+#define NRD_FEATURE_VALIDATION               128 /* nrd_frame.validation draws inputs and histories into OUT_VALIDATION */
+#define NRD_FEATURE_ALL                      255
 
 /* What an app may promise in nrd_desc.absent; passes, textures, inputs and code that only this would need disappear. NRD_ABSENCES says
    what each means. */
@@ -52,8 +54,9 @@
     X(vec4, frustum_prev) \
     X(vec4, motion_scale) \
     X(vec4, hit_distance)           /* A, B, C, D of nrd_hit_dist_scale */ \
-    X(vec4, jitter_delta)           /* xy: current - previous, px */ \
+    X(vec4, jitter_delta)           /* xy: current - previous, px; zw: current */ \
     X(vec4, light)                  /* view space: unit vector to a directional light (w 0), position of a local one (w 1); xyz 0: unknown */ \
+    X(vec4, camera)                 /* xyz: its world position */ \
     X(uint, rect_width) X(uint, rect_height) X(uint, rect_width_prev) X(uint, rect_height_prev) \
     X(uint, rect_origin_x) X(uint, rect_origin_y) X(uint, frame_index) X(uint, reset) \
     X(float, orthographic) X(float, orthographic_prev) X(float, pixel_unproject) X(float, view_z_scale) \
@@ -72,6 +75,38 @@
 #define NRD_FLAG_PREPASS            16u
 #define NRD_FLAG_SPECULAR_PREPASS   64u
 #define NRD_FLAG_TILE_HISTORY       32u /* the previous frame has looked for lighting changes */
+
+#define NRD_FLAG_MATRIX_JITTER   65536u /* the principal point has moved by less than a pixel since the last frame */
+#define NRD_FLAG_FRAME_INDEX    131072u /* frame_index did not advance by 1 */
+
+/* What the input checker counts, X(name, index of the counter). */
+#define NRD_COUNTER_COUNT 80
+#define NRD_COUNTERS(X) \
+    /* how many pixels a rule can be asked of */ \
+    X(FRAMES, 0) X(PIXELS, 1) X(SURFACES, 2) X(PLANES, 3) X(MOVED, 4) X(STILL, 5) X(DEPTH_MOVED, 6) X(JITTERED, 7) \
+    X(FACING_LIGHT, 8) X(AWAY_FROM_LIGHT, 9) X(LIT_OR_FAR, 10) X(OCCLUDERS, 11) X(BLOCKED_TRIPLES, 12) X(LIT, 13) X(DIRECTIONS, 14) \
+    X(DIFF_BRIGHT, 15) X(DIFF_HITS, 16) X(SPEC_BRIGHT, 17) X(SPEC_HITS, 18) \
+    /* how many break it */ \
+    X(MATRIX_JITTER, 20) X(FRAME_INDEX, 21) X(VIEWZ_NOT_FINITE, 22) X(VIEWZ_ZERO, 23) X(VIEWZ_NEGATIVE, 24) X(SKY_IN_RANGE, 25) \
+    X(NORMAL_NOT_FINITE, 26) X(NORMAL_LENGTH, 27) X(NORMAL_AWAY, 28) X(NORMAL_PLANE, 29) X(MOTION_NOT_FINITE, 30) X(MOTION_CAMERA, 31) \
+    X(MOTION_STILL, 32) X(MOTION_DEPTH, 33) X(MOTION_JITTER, 34) \
+    X(DIFF_NOT_FINITE, 35) X(DIFF_NEGATIVE, 36) X(DIFF_HIT_NEGATIVE, 37) X(DIFF_HIT_RANGE, 38) X(DIFF_HIT_MISSING, 39) X(DIFF_HIT_PRIMARY, 40) \
+    X(SPEC_NOT_FINITE, 41) X(SPEC_NEGATIVE, 42) X(SPEC_HIT_NEGATIVE, 43) X(SPEC_HIT_RANGE, 44) X(SPEC_HIT_MISSING, 45) X(SPEC_HIT_PRIMARY, 46) \
+    X(DIRECTION_LENGTH, 47) X(DIRECTION_BELOW, 48) \
+    X(PENUMBRA_INVALID, 49) X(PENUMBRA_CODE, 50) X(PENUMBRA_ZERO, 51) X(PENUMBRA_AWAY, 52) X(PENUMBRA_MISS, 53) X(PENUMBRA_FROM_LIGHT, 54) \
+    X(PENUMBRA_FIRST_HIT, 55) X(TRANSLUCENCY_LIT, 56) \
+    /* how many would be right if ..: likely causes */ \
+    X(NORMAL_IF_NEGATED, 60) X(NORMAL_IF_X_FLIPPED, 61) X(NORMAL_IF_Y_FLIPPED, 62) X(NORMAL_IF_Z_FLIPPED, 63) X(NORMAL_IF_YZ_SWAPPED, 64) \
+    X(NORMAL_IF_VIEW_SPACE, 65) X(NORMAL_IF_TRANSPOSED, 66) \
+    X(MOTION_IF_NEGATED, 67) X(MOTION_IF_PIXELS, 68) X(MOTION_IF_CLIP, 69) X(MOTION_IF_CLIP_Y_DOWN, 70) X(MOTION_IF_Y_FLIPPED, 71) X(MOTION_IF_SCALED_TWICE, 72) \
+    X(MOTION_IF_TRANSPOSED, 73) X(MOTION_ZERO, 74) X(DEPTH_IF_NEGATED, 75) X(DEPTH_ZERO, 76)
+
+/* Which signals the checker looks at (nrd_push.iteration): radiance and hit distances of the diffuse lobe, the specular one or both; .. */
+#define NRD_SIGNALS_RADIANCE    0u /* + 0, 1, 2 */
+#define NRD_SIGNALS_HIT_DIST    3u /* + 0, 1, 2 */
+#define NRD_SIGNALS_DIRECTION   6u
+#define NRD_SIGNALS_SHADOW      7u
+#define NRD_SIGNALS_TRANSLUCENT_SHADOW 8u
 
 /* Push constants of every pass: 16 bytes. */
 #define NRD_PUSH_CONSTANTS(X) X(int, step_size) X(uint, iteration) X(uint, last) X(uint, unused)
