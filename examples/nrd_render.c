@@ -256,7 +256,7 @@ static bool add_reference(renderer *r, int frame, capture *c, char *error)
         if (left > REF_CHUNK) show_progress(r->o, frame, (double)(first + REF_CHUNK) / r->o->ref_spp);
     }
     for (size_t i = 0; i < values; i++) r->planes[i] = (float)(r->sums[i] / r->o->ref_spp);
-    if (tracer_fill_reference(c, r->o->scene->has_sun, r->planes)) return true;
+    if (tracer_fill_reference(c, r->o->scene, r->planes)) return true;
     return fail(error, "out of memory");
 }
 
@@ -268,7 +268,7 @@ static bool fill_frame(renderer *r, int frame, capture *c, char *error)
     set_frame_options(&r->posed.frame, o, frame);
     if (!r->tracer.load(&r->tracer, &r->posed, error, ERROR_SIZE)) return false;
     if (!r->tracer.render(&r->tracer, &r->posed, r->planes, error, ERROR_SIZE)) return false;
-    if (!tracer_fill_capture(c, &r->posed.frame, o->fps, o->scene->has_sun, r->planes)) return fail(error, "out of memory");
+    if (!tracer_fill_capture(c, &r->posed.frame, o->fps, o->scene, r->planes)) return fail(error, "out of memory");
     return !wants_reference(o, frame) || add_reference(r, frame, c, error);
 }
 

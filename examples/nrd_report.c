@@ -195,7 +195,7 @@ static bool set_defaults(report *r, bool quick)
     if (ok && !o->scene_count && quick)
         ok = each_word(r, "interior,moving", take_scene);
     for (int i = 0; i < scene_table_count && ok && all_scenes; i++)
-        if (strcmp(scene_table[i].name, "model") != 0)
+        if (strcmp(scene_table[i].name, "model") != 0 && !scene_table[i].for_shadows)
             ok = take_scene(r, scene_table[i].name);
     for (int i = 0; ok && !o->denoiser_count && i < NRD_DENOISER_COUNT; i++)
         o->denoisers[i] = (nrd_denoiser)i;

@@ -66,7 +66,7 @@ static bool take_scales(scorer *s, const capture *frame, bool from_reference)
         if (!signal_get(frame, NULL, (signal_id)k, from_reference ? SOURCE_REFERENCE : SOURCE_NOISY, &m))
             continue;
         signal_mask(frame, (signal_id)k, s->mask);
-        score->scale = metrics_scale_of(&m, s->mask, m.channels == 1);
+        score->scale = metrics_scale_of(&m, s->mask, signal_is_unit((signal_id)k));
         score->scaled = true;
         image_destroy(&m);
     }

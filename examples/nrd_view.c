@@ -97,7 +97,7 @@ static bool find_scale(viewer *v)
         if (v->images[order[i]].channels)
             basis = &v->images[order[i]];
     if (basis)
-        v->scale = metrics_scale_of(basis, mask, signal_channels(v->opt.signal) == 1);
+        v->scale = metrics_scale_of(basis, mask, signal_is_unit(v->opt.signal));
     free(mask);
     return basis || fail(v, ": the signal is not in the capture", signal_name(v->opt.signal));
 }

@@ -115,7 +115,7 @@ static bool open_vulkan_or_skip(tracer *t)
 static void compare_signals(const shot *a, const shot *b, const char *name)
 {
     static const uint32_t signals[] = { PT_PLANE_DIFFUSE + 1, PT_PLANE_SPECULAR + 1, PT_PLANE_DIFFUSE_HIT,
-                                        PT_PLANE_SPECULAR_HIT, PT_PLANE_SHADOW_HIT };
+                                        PT_PLANE_SPECULAR_HIT, PT_PLANE_SHADOW_HIT, PT_PLANE_TRANSLUCENCY };
     for (size_t k = 0; k < sizeof signals / sizeof signals[0]; k++) {
         double share = agreement(a, b, signals[k], 0.01f);
         double ma = mean_of(plane(a, signals[k]), a), mb = mean_of(plane(b, signals[k]), b);
@@ -129,7 +129,7 @@ static void compare_signals(const shot *a, const shot *b, const char *name)
 static void both_tracers_give_the_same_frames(void **state)
 {
     (void)state;
-    static const char *const names[] = { "interior", "moving", "thin" };
+    static const char *const names[] = { "interior", "moving", "thin", "glass", "lamp" };
     tracer embree, vulkan;
     if (!open_vulkan_or_skip(&vulkan)) skip();
     open_embree(&embree, 2);
@@ -177,7 +177,7 @@ static void both_tracers_converge_to_the_same_reference(void **state)
     if (!open_vulkan_or_skip(&vulkan)) skip();
     open_embree(&embree, 2);
     shot s;
-    open_shot(&s, scene_find("thin"));
+    open_shot(&s, scene_find("glass"));
     pose(&s, 3);
     accumulate_mean(&embree, &s, 30, a);
     accumulate_mean(&vulkan, &s, 30, b);
@@ -310,7 +310,7 @@ static void animate_furnace(scene *s, float time_s)
 static void a_white_furnace_gives_one(void **state)
 {
     (void)state;
-    static const scene_def def = { "furnace", "", 1, true, false, false, build_furnace, animate_furnace };
+    static const scene_def def = { .name = "furnace", .frames = 1, .has_sky = true, .build = build_furnace, .animate = animate_furnace };
     tracer t;
     shot s;
     open_embree(&t, 2);

@@ -29,6 +29,8 @@
     X(DENOISING_RANGE, denoisingRange, float, denoising_range)              \
     X(SUN_DIRECTION, sunDirection, v3f, sun_direction)                      \
     X(SUN_TAN_ANGULAR_RADIUS, sunTanAngularRadius, float, sun_tan_angular_radius) \
+    X(LAMP_POSITION, lampPosition, v3f, lamp_position)                      \
+    X(LAMP_RADIUS, lampRadius, float, lamp_radius)                          \
     X(METRES_PER_UNIT, metresPerUnit, float, metres_per_unit)               \
     X(CUT, cut, int, cut)
 
@@ -67,6 +69,8 @@ typedef struct capture {
     float denoising_range;        /* world units: pixels with |viewZ| at or above it are sky; infinite when absent */
     float sun_direction[3];       /* unit, from the surface to the light; 0 when absent */
     float sun_tan_angular_radius; /* 0 when absent */
+    float lamp_position[3];       /* world space: shadow.* is that of a round lamp, not of a sun */
+    float lamp_radius;            /* world units; 0 when absent */
     float metres_per_unit;        /* 1 when absent */
     int cut;                      /* 1: the frame starts a new shot; 0 when absent */
     capture_plane *planes;

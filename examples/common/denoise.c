@@ -137,12 +137,35 @@ static bool pack_specular_direction(const frame_view *view, void *texels)
     return pack_direction(view, "specular", texels);
 }
 
+/* From what pixel i sees at depth z, in world units. */
+static float distance_to_lamp(const capture *frame, size_t i, float z)
+{
+    const float *clip = frame->camera_to_clip, *view = frame->world_to_camera;
+    float x = 2 * ((float)(i % (size_t)frame->width) + 0.5f) / (float)frame->width - 1, y = 1 - 2 * ((float)(i / (size_t)frame->width) + 0.5f) / (float)frame->height;
+    float w = z * clip[11] + clip[15], squared = 0;
+    const float position[3] = { (x * w - z * clip[8] - clip[12]) / clip[0], (y * w - z * clip[9] - clip[13]) / clip[5], z };
+    for (int k = 0; k < 3; k++) {
+        float lamp = view[12 + k];
+        for (int j = 0; j < 3; j++)
+            lamp += frame->lamp_position[j] * view[4 * j + k];
+        squared += (position[k] - lamp) * (position[k] - lamp);
+    }
+    return sqrtf(squared);
+}
+
+static bool has_lamp(const capture *frame)
+{
+    return (frame->present & CAPTURE_HAS_LAMP_POSITION) != 0;
+}
+
 static bool pack_shadow(const frame_view *view, void *texels)
 {
     uint16_t *out = texels;
-    const float *hit = capture_find_plane(view->frame, "shadow.hitT");
-    for (size_t i = 0; i < pixels_of(view->frame); i++)
-        out[i] = pack_penumbra(hit[i], view->frame->sun_tan_angular_radius);
+    const capture *frame = view->frame;
+    const float *hit = capture_find_plane(frame, "shadow.hitT"), *z = capture_find_plane(frame, "viewZ");
+    for (size_t i = 0; i < pixels_of(frame); i++)
+        out[i] = has_lamp(frame) ? pack_local_penumbra(hit[i], distance_to_lamp(frame, i, z[i]), frame->lamp_radius)
+                                 : pack_penumbra(hit[i], frame->sun_tan_angular_radius);
     return true;
 }
 
@@ -350,14 +373,16 @@ typedef union settings_block {
 #undef SETTINGS_MEMBER
 } settings_block;
 
-/* Defaults, the frame's sun, and what is given by hand. */
+/* Defaults, the frame's sun or lamp, and what is given by hand. */
 static void resolve_settings(const denoise_desc *desc, nrd_denoiser owner, const capture *frame, settings_block *out)
 {
-    const setting_value sun[4] = { { "light_x", false, owner, frame->sun_direction[0] }, { "light_y", false, owner, frame->sun_direction[1] },
-                                   { "light_z", false, owner, frame->sun_direction[2] }, { "light_radius", false, owner, frame->sun_tan_angular_radius } };
+    const float *at = has_lamp(frame) ? frame->lamp_position : frame->sun_direction;
+    const setting_value light[5] = { { "light_x", false, owner, at[0] }, { "light_y", false, owner, at[1] }, { "light_z", false, owner, at[2] },
+                                     { "light_is_local", false, owner, has_lamp(frame) },
+                                     { "light_radius", false, owner, has_lamp(frame) ? frame->lamp_radius : frame->sun_tan_angular_radius } };
     const setting_value wide[2] = { { "hit_distance_a", false, owner, 1000.0 }, { "hit_distance_b", false, owner, 0.0 } };
     nrd_settings_defaults(owner, out);
-    settings_apply(sun, COUNT(sun), owner, 1.0, out);
+    settings_apply(light, COUNT(light), owner, 1.0, out);
     if (desc->check)
         settings_apply(wide, COUNT(wide), owner, 1.0, out); /* metres: the checker is to see distances, not that they are long */
     settings_apply(desc->settings, desc->setting_count, owner, frame->metres_per_unit, out);
@@ -429,7 +454,8 @@ static bool check_inputs(const denoise_desc *desc, const nrd *instance, const ca
 {
     for (size_t i = 0; i < COUNT(inputs); i++) {
         size_t count = 0;
-        uint32_t attributes = inputs[i].resource == NRD_RESOURCE_IN_PENUMBRA ? CAPTURE_HAS_SUN_DIRECTION | CAPTURE_HAS_SUN_TAN_ANGULAR_RADIUS : 0;
+        uint32_t light = has_lamp(frame) ? CAPTURE_HAS_LAMP_RADIUS : CAPTURE_HAS_SUN_DIRECTION | CAPTURE_HAS_SUN_TAN_ANGULAR_RADIUS;
+        uint32_t attributes = inputs[i].resource == NRD_RESOURCE_IN_PENUMBRA ? light : 0;
         if (!nrd_uses_resource(instance, inputs[i].resource))
             continue;
         while (count < COUNT(inputs[i].planes) && inputs[i].planes[count])
@@ -790,13 +816,14 @@ static bool add_final(denoise *d, const capture *frame, const char *path, captur
     float *sun[3];
     bool has_sun = capture_find_planes(frame, "sun", "RGB", sun), ok = true;
     image *diffuse = &signals[SIGNAL_DIFFUSE], *specular = &signals[SIGNAL_SPECULAR], *final = &signals[SIGNAL_FINAL];
-    bool colored = signals[SIGNAL_TRANSLUCENCY].channels != 0;
-    const image *shadow = has_sun ? &signals[colored ? SIGNAL_TRANSLUCENCY : SIGNAL_SHADOW] : NULL;
+    signal_id visibility = signals[SIGNAL_TRANSLUCENCY].channels || (!signals[SIGNAL_SHADOW].channels && signal_is_colored(frame)) ? SIGNAL_TRANSLUCENCY : SIGNAL_SHADOW;
+    const signal_id parts[3] = { SIGNAL_DIFFUSE, SIGNAL_SPECULAR, visibility };
+    const image *shadow = has_sun ? &signals[visibility] : NULL;
     if (final->channels || !signal_require(frame, path, SIGNAL_FINAL, NULL, 0))
         return true;
-    for (int s = 0; s < SIGNAL_FINAL && ok; s++)
-        if (!signals[s].channels && s != SIGNAL_AO && s != SIGNAL_SPECULAR_AO && (s != SIGNAL_SHADOW || (has_sun && !colored)))
-            ok = signal_get(frame, NULL, (signal_id)s, SOURCE_NOISY, &signals[s]);
+    for (int i = 0; i < (has_sun ? 3 : 2) && ok; i++)
+        if (!signals[parts[i]].channels)
+            ok = signal_get(frame, NULL, parts[i], SOURCE_NOISY, &signals[parts[i]]);
     ok = ok && signal_compose(frame, diffuse, specular, shadow, final) && add_planes(out, signal_prefix(SIGNAL_FINAL, SOURCE_DENOISED), final);
     return ok || say(d->sink.text, d->sink.size, "out of memory");
 }

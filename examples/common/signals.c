@@ -102,6 +102,17 @@ bool signal_compose(const capture *frame, const image *diffuse, const image *spe
     return true;
 }
 
+bool signal_is_colored(const capture *frame)
+{
+    float *color[3];
+    return capture_find_planes(frame, "shadow.translucency", "RGB", color);
+}
+
+bool signal_is_unit(signal_id signal)
+{
+    return signal != SIGNAL_DIFFUSE && signal != SIGNAL_SPECULAR && signal != SIGNAL_FINAL;
+}
+
 static bool compose_from(const capture *frame, const capture *denoised, signal_source source, image *out)
 {
     image diffuse = { 0 }, specular = { 0 }, shadow = { 0 };
@@ -109,7 +120,8 @@ static bool compose_from(const capture *frame, const capture *denoised, signal_s
     bool has_sun = capture_find_planes(frame, "sun", "RGB", sun);
     bool ok = signal_get(frame, denoised, SIGNAL_DIFFUSE, source, &diffuse)
         && signal_get(frame, denoised, SIGNAL_SPECULAR, source, &specular)
-        && (!has_sun || signal_get(frame, denoised, SIGNAL_SHADOW, source, &shadow))
+        && (!has_sun || (signal_is_colored(frame) && signal_get(frame, denoised, SIGNAL_TRANSLUCENCY, source, &shadow))
+            || signal_get(frame, denoised, SIGNAL_SHADOW, source, &shadow))
         && signal_compose(frame, &diffuse, &specular, has_sun ? &shadow : NULL, out);
     image_destroy(&diffuse);
     image_destroy(&specular);

@@ -2,7 +2,8 @@
 
    final = diffuse * diffuseFactor + specular * specularFactor + sun * shadow + emission
    A noisy shadow is 1 where the ray reached the light (hitT >= 65504), else 0. Noisy ambient occlusion is
-   saturate(hitT / 3 m) of the diffuse ray, specular occlusion that of the specular ray. */
+   saturate(hitT / 3 m) of the diffuse ray, specular occlusion that of the specular ray. Translucency is the shadow through
+   coloured glass; where it is stored, it takes the place of shadow in final. */
 #ifndef EXAMPLES_SIGNALS_H
 #define EXAMPLES_SIGNALS_H
 
@@ -56,6 +57,12 @@ void signal_mask(const capture *frame, signal_id signal, unsigned char *mask);
 /* True when the frame has every channel that the noisy signal is made of; else one line in `error` names the first that is
    missing. `path` only serves the message. */
 bool signal_require(const capture *frame, const char *path, signal_id signal, char *error, size_t error_size);
+
+/* True when the frame stores what coloured glass lets through of the sun: its final picture is made of that, not of the plain shadow. */
+bool signal_is_colored(const capture *frame);
+
+/* True for signals within [0,1], which are scored as they are. */
+bool signal_is_unit(signal_id signal);
 
 /* True when the frame stores a reference of any signal. */
 bool signal_has_reference(const capture *frame);

@@ -38,7 +38,7 @@ static bool update_masks(truth *t, const capture *now)
 
 static bool is_light(signal_id signal)
 {
-    return signal_channels(signal) == 3;
+    return !signal_is_unit(signal);
 }
 
 bool truth_advance(truth *t, const report_options *o, int frame, const capture *then, const capture *now)

@@ -282,7 +282,7 @@ static bool take_frame(sequence *s, int frame, capture *out)
     if (sequence_phase_of(&s->r->options, frame) == PHASE_STEP)
         brighten_frame(s);
     if (!capture_create(out, s->group.size.width, s->group.size.height)
-        || !tracer_fill_capture(out, &s->posed.frame, FRAMES_PER_SECOND, s->scene.def->has_sun, s->planes))
+        || !tracer_fill_capture(out, &s->posed.frame, FRAMES_PER_SECOND, s->scene.def, s->planes))
         return report_fail(s->r, "out of memory");
     return true;
 }
@@ -295,7 +295,7 @@ static bool add_reference(sequence *s, int frame, capture *out)
         brighten(s->planes, PT_REF_DIFFUSE, 3, texels);
         brighten(s->planes, PT_REF_SPECULAR, 3, texels);
     }
-    return tracer_fill_reference(out, s->scene.def->has_sun, s->planes) || report_fail(s->r, "out of memory");
+    return tracer_fill_reference(out, s->scene.def, s->planes) || report_fail(s->r, "out of memory");
 }
 
 bool sequence_frame(sequence *s, int frame, capture *out)
@@ -332,7 +332,7 @@ bool sequence_noise(sequence *s, capture *half, capture *whole)
     memset(whole, 0, sizeof *whole);
     for (int k = 0; k < 2; k++)
         if (!capture_create(both[k], s->group.size.width, s->group.size.height)
-            || !tracer_fill_reference(both[k], s->scene.def->has_sun, planes + (size_t)k * values))
+            || !tracer_fill_reference(both[k], s->scene.def, planes + (size_t)k * values))
             return report_fail(s->r, "out of memory");
     return true;
 }

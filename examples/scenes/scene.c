@@ -7,19 +7,26 @@
 #include "scenes/scenes.h"
 #include "tracer/sampling.glsl"
 
+#define NAMED(scene) .name = #scene, .build = scene_build_##scene, .animate = scene_animate_##scene, .frames = 32
+
 const scene_def scene_table[] = {
-    { "interior", "room with small lights, textured walls and furniture; the camera dollies in", 32, false, false, true,
-      scene_build_interior, scene_animate_interior },
-    { "colonnade", "columns and arches under sun and sky; the camera strafes", 32, true, true, false,
-      scene_build_colonnade, scene_animate_colonnade },
-    { "roughness_ramp", "mirrors and spheres of rising roughness over a checker floor; the camera orbits", 32, true,
-      true, true, scene_build_roughness_ramp, scene_animate_roughness_ramp },
-    { "moving", "things move, appear and vanish, a light goes out and one swings; the camera stands still", 48, true,
-      true, true, scene_build_moving, scene_animate_moving },
-    { "thin", "fences, wires and grass; the camera strafes", 32, true, true, false, scene_build_thin,
-      scene_animate_thin },
-    { "model", "an imported mesh on a lit stage (--model FILE); the camera orbits", 32, true, true, true,
-      scene_build_model, scene_animate_model },
+    { NAMED(interior), .about = "room with small lights, textured walls and furniture; the camera dollies in", .small_lights = true },
+    { NAMED(colonnade), .about = "columns and arches under sun and sky; the camera strafes", .has_sky = true, .has_sun = true },
+    { NAMED(roughness_ramp), .about = "mirrors and spheres of rising roughness over a checker floor; the camera orbits", .has_sky = true,
+      .has_sun = true, .small_lights = true },
+    { .name = "moving", .build = scene_build_moving, .animate = scene_animate_moving, .frames = 48, .has_sky = true, .has_sun = true,
+      .small_lights = true, .about = "things move, appear and vanish, a light goes out and one swings; the camera stands still" },
+    { NAMED(thin), .about = "fences, wires and grass; the camera strafes", .has_sky = true, .has_sun = true },
+    { NAMED(penumbrae), .about = "shadows from near and very far across each other, some of them move; the camera stands still", .has_sky = true,
+      .has_sun = true, .for_shadows = true },
+    { NAMED(sundial), .about = "a sun just above the horizon goes round a fence, a gnomon and leaves; the camera stands still", .has_sky = true,
+      .has_sun = true, .for_shadows = true },
+    { NAMED(glass), .about = "sunlight through coloured panes; the camera stands still", .has_sky = true, .has_sun = true, .has_glass = true,
+      .for_shadows = true },
+    { NAMED(lamp), .about = "a large lamp swings over small things; the camera stands still", .has_sky = true, .has_sun = true,
+      .for_shadows = true },
+    { NAMED(model), .about = "an imported mesh on a lit stage (--model FILE); the camera orbits", .has_sky = true, .has_sun = true,
+      .small_lights = true },
 };
 const int scene_table_count = (int)(sizeof scene_table / sizeof scene_table[0]);
 
@@ -217,7 +224,9 @@ static void pose_environment(const scene *s, pt_frame *f)
     bool sun = dot(s->sun.direction, s->sun.direction) > 0.0f;
     vec3 d = sun ? normalize(s->sun.direction) : zero;
     f->sun_direction = vec4(d[0], d[1], d[2], s->sun.tan_angular_radius);
-    f->sun_irradiance = sun ? s->sun.irradiance : zero;
+    f->sun_irradiance = s->lamp.radius > 0.0f ? s->lamp.irradiance : sun ? s->sun.irradiance : zero;
+    f->lamp = vec4(s->lamp.position[0], s->lamp.position[1], s->lamp.position[2], s->lamp.radius);
+    f->has_glass = s->def->has_glass;
     f->sky_zenith = s->sky.zenith;
     f->sky_horizon = vec4(s->sky.horizon[0], s->sky.horizon[1], s->sky.horizon[2], s->sky.glow);
     f->sky_ground = s->sky.ground;

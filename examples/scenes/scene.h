@@ -51,6 +51,13 @@ typedef struct scene_sun {
     float tan_angular_radius;
 } scene_sun;
 
+/* Round, unseen, shines in place of the sun. */
+typedef struct scene_lamp {
+    vec3 position;
+    float radius; /* metres; 0: no lamp */
+    vec3 irradiance; /* at 1 metre, on a surface that faces it */
+} scene_lamp;
+
 typedef struct scene scene;
 
 /* A row of the table of scenes. */
@@ -60,6 +67,8 @@ typedef struct scene_def {
     int frames;         /* default length of a capture */
     bool has_sky;       /* some primary rays leave the scene */
     bool has_sun;
+    bool has_glass;     /* the sun shines through something coloured */
+    bool for_shadows;   /* made to study shadows; says little about other signals */
     bool small_lights;  /* emitters that chance rarely finds: sample them at the primary hit by default */
     bool (*build)(scene *s, const char *model, char *error, size_t error_size); /* false: `error` says why */
     void (*animate)(scene *s, float time_s);
@@ -76,6 +85,7 @@ struct scene {
     scene_camera camera;
     scene_sky sky;
     scene_sun sun;
+    scene_lamp lamp;
     float denoising_range;     /* metres; the sky lies at twice that */
     scene_transform placement; /* applied to what shapes add; identity at the start of an object */
     uint32_t current_material;

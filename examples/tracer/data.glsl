@@ -25,6 +25,7 @@ PT_STRUCT(pt_material)
     vec4 color2;    // rgb base colour where the texture is 1; w texture repeats per unit of uv
     vec4 emission;  // rgb radiance of the front side
     vec4 roughness; // x where the texture is 0, y where it is 1; z bump height in metres; w unused
+    vec4 transmission; // rgb that rays to the sun keep on their way through, 0: opaque. Camera and paths see the surface, never through it
     uint texture_kind;
     uint id;        // small integer written to the capture
     uint pad0;
@@ -75,7 +76,8 @@ PT_STRUCT(pt_frame)
     pt_camera camera;
     pt_camera camera_prev;
     vec4 sun_direction;  // xyz unit, towards the sun; w tangent of the angular radius
-    vec4 sun_irradiance; // rgb on a surface that faces the sun, 0 without a sun
+    vec4 sun_irradiance; // rgb on a surface that faces the sun, 0 without a sun; of a lamp at 1 metre
+    vec4 lamp;           // a round lamp instead of the sun: xyz position, w radius; w 0: the sun. It faces every point
     vec4 sky_zenith;     // rgb radiance
     vec4 sky_horizon;    // rgb radiance; w strength of the glow around the sun
     vec4 sky_ground;     // rgb radiance of directions below the horizon
@@ -94,9 +96,9 @@ PT_STRUCT(pt_frame)
     uint sample_first;   // reference: index of the first sample of this call
     uint sample_count;   // reference: samples of this call
     uint sample_add;     // reference, in the shader: 1 if the planes already hold a sum to add to
+    uint has_glass;      // 1: some material lets light through
     uint pad0;
     uint pad1;
-    uint pad2;
 };
 
 // Planes of a rendered frame, in order; each is width x height floats.
@@ -118,13 +120,15 @@ PT_STRUCT(pt_frame)
 #define PT_PLANE_EMISSION 33u
 #define PT_PLANE_SHADOW_HIT 36u
 #define PT_PLANE_SUN 37u
-#define PT_PLANE_COUNT 40u
+#define PT_PLANE_TRANSLUCENCY 40u
+#define PT_PLANE_COUNT 43u
 
 // Planes of a reference.
 #define PT_REF_DIFFUSE 0u
 #define PT_REF_SPECULAR 3u
 #define PT_REF_SHADOW 6u
 #define PT_REF_AO 7u
-#define PT_REF_COUNT 8u
+#define PT_REF_TRANSLUCENCY 8u
+#define PT_REF_COUNT 11u
 
 #endif

@@ -135,20 +135,79 @@ PT_FN vec3 pt_direct_light(PT_SCENE pt_surface s, uint lobe, float specular_shar
     return kept * (sum / TO_FLOAT(PT_LIGHT_CANDIDATES));
 }
 
+// The sun, or the lamp in its place, as a point sees it.
+PT_STRUCT(pt_sun)
+{
+    vec3 axis;        // unit, to its centre
+    float tan_radius; // of the angular radius
+    float distance;
+    vec3 irradiance;
+};
+
+PT_FN pt_sun pt_sun_from(PT_SCENE vec3 origin)
+{
+    pt_sun r;
+    r.axis = xyz_of(PT_FRAME.sun_direction);
+    r.tan_radius = PT_FRAME.sun_direction[3];
+    r.distance = PT_MAX_HIT;
+    r.irradiance = xyz_of(PT_FRAME.sun_irradiance);
+    if (PT_FRAME.lamp[3] <= 0.0f) return r;
+    vec3 to_lamp = xyz_of(PT_FRAME.lamp) - origin;
+    r.distance = max(length(to_lamp), PT_SURFACE_EPS);
+    r.axis = to_lamp * (1.0f / r.distance);
+    r.tan_radius = PT_FRAME.lamp[3] / r.distance;
+    r.irradiance = r.irradiance * (1.0f / (r.distance * r.distance));
+    return r;
+}
+
 PT_FN bool pt_faces_sun(PT_SCENE pt_surface s)
 {
-    vec3 sun = xyz_of(PT_FRAME.sun_direction);
+    vec3 sun = pt_sun_from(PT_S s.origin).axis;
     return PT_HAS_SUN && dot(sun, s.face_normal) > 0.0f && dot(sun, s.normal) > 0.0f;
+}
+
+PT_STRUCT(pt_shadow)
+{
+    float hit_dist; // to the nearest occluder, glass too; PT_MISS if there is none, 0 where the surface faces away
+    vec3 color;     // what arrives of the light
+};
+
+#define PT_PANES 8 // of glass behind each other, at most
+
+// Along one ray to a point of the sun.
+PT_FN pt_shadow pt_trace_shadow(PT_SCENE vec3 origin, vec3 direction, float distance)
+{
+    pt_shadow r;
+    r.hit_dist = PT_MISS;
+    r.color = grey(1.0f);
+    float start = 0.0f;
+    for (int i = 0; i < PT_PANES; i++) {
+        pt_hit hit = pt_closest(PT_S origin + direction * start, direction);
+        if (hit.triangle == PT_NO_TRIANGLE || start + hit.t >= distance) return r;
+        r.hit_dist = min(r.hit_dist, clamp(start + hit.t, PT_SURFACE_EPS, PT_MAX_HIT));
+        r.color = r.color * xyz_of(PT_MATERIALS[PT_TRIANGLES[hit.triangle].material].transmission);
+        if (max3(r.color) <= 0.0f) return r;
+        start += hit.t + PT_SURFACE_EPS;
+    }
+    r.color = grey(0.0f);
+    return r;
+}
+
+// What arrives of the sun's light; cheaper where there is no glass.
+PT_FN vec3 pt_sun_visibility(PT_SCENE vec3 origin, vec3 direction, float distance)
+{
+    if (PT_FRAME.has_glass != 0u) return pt_trace_shadow(PT_S origin, direction, distance).color;
+    return grey(pt_occluded(PT_S origin, direction, distance) ? 0.0f : 1.0f);
 }
 
 PT_FN vec3 pt_direct_sun(PT_SCENE pt_surface s, pt_rng rng, uint pair)
 {
     if (!pt_faces_sun(PT_S s)) return grey(0.0f);
-    vec3 axis = xyz_of(PT_FRAME.sun_direction);
-    vec3 direction = pt_disk_direction(axis, PT_FRAME.sun_direction[3], pt_random2(rng, pair));
+    pt_sun sun = pt_sun_from(PT_S s.origin);
+    vec3 direction = pt_disk_direction(sun.axis, sun.tan_radius, pt_random2(rng, pair));
     vec3 value = pt_eval(s, PT_LOBE_BOTH, 0.5f, direction).value;
-    if (max3(value) <= 0.0f || pt_occluded(PT_S s.origin, direction, PT_MAX_HIT)) return grey(0.0f);
-    return xyz_of(PT_FRAME.sun_irradiance) * value;
+    if (max3(value) <= 0.0f) return grey(0.0f);
+    return sun.irradiance * value * pt_sun_visibility(PT_S s.origin, direction, sun.distance);
 }
 
 // Light that arrives at the primary hit along a ray that was drawn with the given density. `weigh`: emitters that the

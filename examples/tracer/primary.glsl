@@ -69,18 +69,21 @@ PT_FN pt_surface pt_primary_surface(PT_SCENE pt_hit hit, vec3 direction)
 PT_FN vec3 pt_sun_light(PT_SCENE pt_surface s)
 {
     if (!pt_faces_sun(PT_S s)) return grey(0.0f);
-    s.roughness = max(s.roughness, sqrt(PT_FRAME.sun_direction[3]));
-    return xyz_of(PT_FRAME.sun_irradiance) * pt_eval(s, PT_LOBE_BOTH, 0.5f, xyz_of(PT_FRAME.sun_direction)).value;
+    pt_sun sun = pt_sun_from(PT_S s.origin);
+    s.roughness = max(s.roughness, sqrt(min(sun.tan_radius, 1.0f)));
+    return sun.irradiance * pt_eval(s, PT_LOBE_BOTH, 0.5f, sun.axis).value;
 }
 
-// Distance to the nearest occluder towards a random point of the sun; 0 where the surface faces away.
-PT_FN float pt_shadow_ray(PT_SCENE pt_surface s, pt_rng rng)
+// Towards a random point of the sun.
+PT_FN pt_shadow pt_shadow_ray(PT_SCENE pt_surface s, pt_rng rng)
 {
-    if (!pt_faces_sun(PT_S s)) return 0.0f;
-    vec2 u = pt_random2(rng, PT_PAIR_SUN);
-    vec3 direction = pt_disk_direction(xyz_of(PT_FRAME.sun_direction), PT_FRAME.sun_direction[3], u);
-    pt_hit hit = pt_closest(PT_S s.origin, direction);
-    return hit.triangle == PT_NO_TRIANGLE ? PT_MISS : clamp(hit.t, PT_SURFACE_EPS, PT_MAX_HIT);
+    pt_shadow none;
+    none.hit_dist = 0.0f;
+    none.color = grey(0.0f);
+    if (!pt_faces_sun(PT_S s)) return none;
+    pt_sun sun = pt_sun_from(PT_S s.origin);
+    vec3 direction = pt_disk_direction(sun.axis, sun.tan_radius, pt_random2(rng, PT_PAIR_SUN));
+    return pt_trace_shadow(PT_S s.origin, direction, sun.distance);
 }
 
 PT_STRUCT(pt_reference)
@@ -88,6 +91,7 @@ PT_STRUCT(pt_reference)
     vec3 diffuse;  // demodulated
     vec3 specular; // demodulated
     float visibility;
+    vec3 translucency; // visibility through coloured glass
     float openness; // saturate(hit distance / PT_AO_RANGE)
 };
 
@@ -101,7 +105,9 @@ PT_FN pt_reference pt_reference_sample(PT_SCENE pt_surface s, pt_rng rng)
     pt_reference r;
     r.diffuse = diffuse.radiance / s.diffuse_factor;
     r.specular = specular.radiance / s.specular_factor;
-    r.visibility = pt_shadow_ray(PT_S s, rng) >= PT_MISS ? 1.0f : 0.0f;
+    pt_shadow shadow = pt_shadow_ray(PT_S s, rng);
+    r.visibility = shadow.hit_dist >= PT_MISS ? 1.0f : 0.0f;
+    r.translucency = shadow.color;
     r.openness = min(diffuse.hit_dist / PT_AO_RANGE, 1.0f);
     return r;
 }

@@ -214,7 +214,7 @@ void add_reference(uint plane, float value)
 
 void put_reference(pt_surface s)
 {
-    pt_reference sum = pt_reference(vec3(0.0), vec3(0.0), 0.0, 0.0);
+    pt_reference sum = pt_reference(vec3(0.0), vec3(0.0), 0.0, vec3(0.0), 0.0);
     for (uint i = 0u; i < scene_frame.sample_count; i++) {
         uint index = scene_frame.sample_first + i;
         pt_rng rng = pt_pixel_rng(gl_GlobalInvocationID.x, gl_GlobalInvocationID.y, PT_STREAM_REFERENCE, index);
@@ -222,11 +222,13 @@ void put_reference(pt_surface s)
         sum.diffuse += one.diffuse;
         sum.specular += one.specular;
         sum.visibility += one.visibility;
+        sum.translucency += one.translucency;
         sum.openness += one.openness;
     }
     for (uint c = 0u; c < 3u; c++) {
         add_reference(PT_REF_DIFFUSE + c, sum.diffuse[c]);
         add_reference(PT_REF_SPECULAR + c, sum.specular[c]);
+        add_reference(PT_REF_TRANSLUCENCY + c, sum.translucency[c]);
     }
     add_reference(PT_REF_SHADOW, sum.visibility);
     add_reference(PT_REF_AO, sum.openness);
@@ -256,5 +258,7 @@ void main()
     vec4 specular = put_lobe(PT_PLANE_SPECULAR, s, PT_LOBE_SPECULAR, s.specular_factor);
     imageStore(in_diff_radiance_hitdist, ivec2(pixel), diffuse);
     imageStore(in_spec_radiance_hitdist, ivec2(pixel), specular);
-    put(PT_PLANE_SHADOW_HIT, pt_shadow_ray(s, pt_pixel_rng(pixel.x, pixel.y, PT_STREAM_FRAME, 0u)));
+    pt_shadow shadow = pt_shadow_ray(s, pt_pixel_rng(pixel.x, pixel.y, PT_STREAM_FRAME, 0u));
+    put(PT_PLANE_SHADOW_HIT, shadow.hit_dist);
+    put3(PT_PLANE_TRANSLUCENCY, shadow.color);
 }

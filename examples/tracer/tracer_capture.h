@@ -5,10 +5,10 @@
 #include "common/capture.h"
 #include "scenes/scene.h"
 
-/* Adds the attributes of a frame and its PT_PLANE_COUNT planes. `sun`: also those of the sun. False when memory is short. */
-bool tracer_fill_capture(capture *c, const pt_frame *f, float fps, bool sun, const float *planes);
+/* Adds the attributes of a frame and those of its PT_PLANE_COUNT planes that the scene has: of the sun, of glass. False when memory is short. */
+bool tracer_fill_capture(capture *c, const pt_frame *f, float fps, const scene_def *def, const float *planes);
 
 /* Adds the PT_REF_COUNT planes of a reference, means over the samples. */
-bool tracer_fill_reference(capture *c, bool sun, const float *planes);
+bool tracer_fill_reference(capture *c, const scene_def *def, const float *planes);
 
 #endif

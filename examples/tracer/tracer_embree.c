@@ -180,7 +180,9 @@ static void render_pixel(const pt_scene *pt, uint32_t x, uint32_t y, float *plan
     put_guides(pt, at, &s);
     put_lobe(at, n, PT_PLANE_DIFFUSE, &diffuse, s.diffuse_factor);
     put_lobe(at, n, PT_PLANE_SPECULAR, &specular, s.specular_factor);
-    at[PT_PLANE_SHADOW_HIT * n] = pt_shadow_ray(pt, s, pt_pixel_rng(pt, x, y, PT_STREAM_FRAME, 0));
+    pt_shadow shadow = pt_shadow_ray(pt, s, pt_pixel_rng(pt, x, y, PT_STREAM_FRAME, 0));
+    at[PT_PLANE_SHADOW_HIT * n] = shadow.hit_dist;
+    put3(at, n, PT_PLANE_TRANSLUCENCY, shadow.color);
 }
 
 static void accumulate_pixel(const pt_scene *pt, uint32_t x, uint32_t y, double *sums)
@@ -197,6 +199,7 @@ static void accumulate_pixel(const pt_scene *pt, uint32_t x, uint32_t y, double 
         for (uint32_t c = 0; c < 3; c++) {
             at[(PT_REF_DIFFUSE + c) * n] += r.diffuse[c];
             at[(PT_REF_SPECULAR + c) * n] += r.specular[c];
+            at[(PT_REF_TRANSLUCENCY + c) * n] += r.translucency[c];
         }
         at[PT_REF_SHADOW * n] += r.visibility;
         at[PT_REF_AO * n] += r.openness;
