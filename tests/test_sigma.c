@@ -446,6 +446,41 @@ static void a_light_that_moves_leaves_no_trail(void **state)
     rig_close(&fresh.r);
 }
 
+/* Mean of (d - r)^2 / (r^2 + 0.01): what is a little bright in an umbra counts much. */
+static double relative_error_of(const shadow_rig *s, value_of *value, const float *truth)
+{
+    double sum = 0;
+    int count = 0;
+    for (uint32_t i = 0; i < PIXELS; i++) {
+        if (truth[i] < 0) continue;
+        double error = value(s, i) - truth[i];
+        sum += error * error / (truth[i] * truth[i] + 0.01);
+        count++;
+    }
+    return sum / count;
+}
+
+/* A small sun that turns by degrees: edges a pixel or less wide pass over the floor, and no history may hold them back. */
+static void slow_narrow_edges_are_no_worse_than_the_rays(void **state)
+{
+    static shadow_rig s;
+    static float truth[PIXELS];
+    double noisy = 0, denoised = 0;
+    (void)state;
+    open_shadows(&s, world);
+    for (int frame = 0; frame < 24; frame++) {
+        const light turning = { { 0.5 + 0.004 * frame, 0.7, 0.35 - 0.004 * frame }, false, 0.02 };
+        run_frames(&s, &turning, 1);
+        if (frame < 16) continue;
+        find_truth(&s, &turning, truth);
+        noisy += relative_error_of(&s, ray, truth) / 8;
+        denoised += relative_error_of(&s, shown, truth) / 8;
+    }
+    print_message("relative error of a ray %.5f, denoised %.5f\n", noisy, denoised);
+    assert_true(denoised < noisy);
+    rig_close(&s.r);
+}
+
 /* ---------------------------------------------------------------------------------------------------------------------------
    Colour and many lights  >>colour */
 /* Coloured visibility from SIDE x SIDE rays; -1 where there is none. */
@@ -678,6 +713,7 @@ int main(void)
         cmocka_unit_test(penumbrae_keep_their_light),
         cmocka_unit_test(contact_shadows_are_no_worse_than_others),
         cmocka_unit_test(a_light_that_moves_leaves_no_trail),
+        cmocka_unit_test(slow_narrow_edges_are_no_worse_than_the_rays),
         cmocka_unit_test(shadows_of_glass_lose_their_noise_and_keep_their_colour),
         cmocka_unit_test(without_glass_both_denoisers_agree),
         cmocka_unit_test(many_lights_share_one_signal),
