@@ -230,7 +230,7 @@ void gather_mean(Around a, float closeness, uint usable, inout Support s)
 /* ---- history */
 struct History {
     Visibility mean;
-    float stabilized, frames;
+    float stabilized, age;
 };
 
 bool find_previous(ivec2 pixel, vec2 uv, vec3 position_vs, float signed_z, out vec2 uv_prev, out vec3 position_prev)
@@ -281,12 +281,12 @@ History fetch_history(ivec2 pixel, vec2 uv, vec3 position_vs, vec3 normal_vs, fl
         sum += w[i];
         h.mean += w[i] * visibility_of(word);
         h.stabilized += w[i] * history_stabilized(word);
-        h.frames += w[i] * float(history_frames(word));
+        h.age += w[i] * unpack_age(history_age_code(word));
     }
     if (!(sum > 0.01)) return no_history();
     h.mean /= sum;
     h.stabilized /= sum;
-    h.frames *= smoothstep(0.0, 0.5, area) / sum;
+    h.age *= smoothstep(0.0, 0.5, area) / sum;
     return h;
 }
 
@@ -297,12 +297,6 @@ Visibility clamp_history(Visibility mean, Support s)
     Visibility slack = 2.0 * sqrt(spread / s.count);
     return clamp(mean, s.mean - slack, s.mean + slack);
 }
-
-/* An edge that moves by its penumbra's width each few frames has no noise that a longer history would average, and so few rays around it that
-   clamp_history() cannot tell the lag: a narrow penumbra gets a short history. Three times as long, edges of thin things that move have up to
-   60 % more error; half as long, those that stand still flicker more. */
-const float FRAMES_PER_PX = 2.0;
-float longest_history(float width_px) { return smoothstep(0.25, 0.5, width_px) * (FRAMES_PER_PX * width_px); }
 
 /* The ray as it is. closeness: with what the terminator allows. */
 void pass_on(ivec2 pixel, float z, float closeness)
@@ -332,10 +326,9 @@ void accumulate(ivec2 pixel, float signed_z, float closeness)
     History h = no_history();
     float width_px = s.width / a.frame.pixel;
     if (!is_reset()) h = fetch_history(pixel, uv, position_vs, normal_vs, signed_z, width_px);
-    float frames = min(h.frames, min(longest_history(width_px), g.max_accumulated_frames));
-    Visibility v = mix(clamp_history(h.mean, s), ray_visibility(centre_index(), closeness), 1.0 / (1.0 + frames));
-    uint length = uint(min(frames + 1.0, 15.0) + 0.5);
-    imageStore(out_mean, pixel, uvec4(pack_mean(pack_depth(z), v, random_of(pixel, 0u), length, width_px, h.stabilized), 0u, 0u));
+    Visibility v = mix(clamp_history(h.mean, s), ray_visibility(centre_index(), closeness), 1.0 / (1.0 + history_length(h.age, width_px)));
+    uint age = pack_age(h.age + 1.0, random_of(pixel, 3u));
+    imageStore(out_mean, pixel, uvec4(pack_mean(pack_depth(z), v, random_of(pixel, 0u), age, width_px, h.stabilized), 0u, 0u));
 #ifndef TRANSLUCENCY
     if (!is_absent(NRD_ABSENT_STABILIZATION)) imageStore(out_stabilized, pixel, vec4(h.stabilized));
 #endif

@@ -92,7 +92,7 @@ void add_far(ivec2 pixel, Kernel k, float reach_px, inout Sum s)
 Visibility filter_mean(ivec2 pixel, uvec2 word, float width_px, out float deviation)
 {
     vec2 uv = pixel_uv(pixel);
-    float z = unpack_depth(word, g.denoising_range), frames = float(max(mean_frames(word), 1u));
+    float z = unpack_depth(word, g.denoising_range), frames = mean_frames(word);
     vec3 position_vs = view_position(uv, z, g.frustum, g.orthographic), normal_vs = load_normal_vs(in_normal_roughness, pixel);
     float tolerance = max(g.plane_distance_sensitivity * frustum_size(z), 4.0 * DEPTH_ERROR * z);
     Kernel k;
@@ -120,7 +120,7 @@ float reprojected_luma(ivec2 pixel, uvec2 word)
 
 Visibility stabilize(ivec2 pixel, uvec2 word, Visibility v, float deviation)
 {
-    float frames = min(float(mean_frames(word)) - 1.0, g.max_stabilized_frames), slack = 2.0 * deviation, luma = luma_of(v);
+    float frames = min(mean_frames(word) - 1.0, g.max_stabilized_frames), slack = 2.0 * deviation, luma = luma_of(v);
     if (is_absent(NRD_ABSENT_STABILIZATION) || !(frames > 0.0)) return v;
     float stable = mix(luma, clamp(reprojected_luma(pixel, word), luma - slack, luma + slack), frames / (1.0 + frames));
     return luma > 0.0 ? min(v * (stable / luma), ALL_LIGHT) : Visibility(stable);
@@ -141,7 +141,7 @@ void denoise(ivec2 pixel, uint tile)
         return;
     }
     uvec2 word = texelFetch(in_mean, pixel, 0).xy;
-    if (mean_frames(word) == 0u) {
+    if (mean_age_code(word) == 0u) {
         store_history(pixel, is_nothing(word) ? uvec2(0u) : pack_ray_history(word));
         return;
     }

@@ -16,9 +16,9 @@ const Visibility NO_LIGHT = Visibility(0.0);
 const Visibility ALL_LIGHT = Visibility(1.0);
 
 /* ---- words. x: 12 bits depth, 8 bits mean visibility (its red), then
-   of this frame   4 bits frames in it (0: no penumbra here, the ray as it is), 8 bits half width of the penumbra in pixels: of a blocked
+   of this frame   4 bits age: for how many frames a penumbra has been here (0: none, the ray as it is), 8 bits half width of the penumbra in pixels: of a blocked
                    ray without a penumbra its own, of a lit one any
-   history         8 bits stabilised visibility (its luma; 0 frames: width as above instead), 4 bits frames
+   history         8 bits stabilised visibility (its luma; age 0: width as above instead), 4 bits age
    y, translucent only: 8 bits green, 8 bits blue, and of this frame 8 bits reprojected stabilised luma. */
 const float DEPTH_STEPS = 170.625;      /* per octave; 24 octaves below the denoising range */
 const float DEPTH_ERROR = 2.1e-3;       /* of the depth, at most */
@@ -44,9 +44,24 @@ float unpack_width(uint code) { return code == 0u ? 0.0 : exp2((float(code) - 1.
 uint pack_byte(float v, float random) { return uint(clamp(v, 0.0, 1.0) * 255.0 + random); }
 float byte_of(uint word, int shift) { return fraction_of(shift < 15 ? word << (15 - shift) : word >> (shift - 15), 0x7f8000u) * (256.0 / 255.0); }   /* 0 and 255: exact */
 
-uvec2 pack_mean(uint depth, Visibility v, float random, uint frames, float width_px, float stabilized)
+/* random: [0, 1), decides the rounding, so that high ages are reached. Codes are twice the root: 1/4 to 56 frames. */
+uint pack_age(float frames, float random) { return min(uint(2.0 * sqrt(frames) + random), 15u); }
+float unpack_age(uint code) { return 0.25 * float(code * code); }
+
+/* Of a pixel that has been in penumbrae for `age` frames, how many count. An edge that moves by its penumbra's width every few frames has no
+   noise that a longer history would average, and so few rays around it that clamp_history() cannot tell the lag: a narrow penumbra gets a
+   short history. Three times as long, edges of thin things that move have up to 60 % more error. What has stayed for long moves slowly. */
+const float FRAMES_PER_PX = 2.0;
+const float FRAMES_PER_AGE = 0.1667;
+float history_length(float age, float width_px)
 {
-    uint rest = depth | (frames << 20) | (pack_width(width_px) << 24);
+    float most = smoothstep(0.25, 0.5, width_px) * max(FRAMES_PER_PX * width_px, FRAMES_PER_AGE * age);
+    return min(min(age, most), g.max_accumulated_frames);
+}
+
+uvec2 pack_mean(uint depth, Visibility v, float random, uint age, float width_px, float stabilized)
+{
+    uint rest = depth | (age << 20) | (pack_width(width_px) << 24);
 #ifdef TRANSLUCENCY
     return uvec2(rest | (pack_byte(v.x, random) << 12), pack_byte(v.y, random) | (pack_byte(v.z, random) << 8) | (pack_byte(stabilized, 0.5) << 16));
 #else
@@ -62,16 +77,18 @@ Visibility visibility_of(uvec2 word)
     return byte_of(word.x, 12);
 #endif
 }
-uint mean_frames(uvec2 word) { return (word.x >> 20) & 15u; }
+uint mean_age_code(uvec2 word) { return (word.x >> 20) & 15u; }
 float mean_width_px(uvec2 word) { return unpack_width(word.x >> 24); }
 /* Of any width but 0. */
 float mean_log_width(uvec2 word) { return fraction_of(word.x >> 9, 0x7f8000u) * (256.0 / WIDTH_STEPS) - (1.0 / WIDTH_STEPS + 4.0); }
 
-uvec2 pack_history(uvec2 mean, uint stabilized) { return uvec2((mean.x & 0xfffffu) | (stabilized << 20) | (mean_frames(mean) << 28), mean.y & 0xffffu); }
+uvec2 pack_history(uvec2 mean, uint stabilized) { return uvec2((mean.x & 0xfffffu) | (stabilized << 20) | (mean_age_code(mean) << 28), mean.y & 0xffffu); }
 uvec2 pack_ray_history(uvec2 mean) { return pack_history(mean, mean.x >> 24); }
-uint history_frames(uvec2 word) { return word.x >> 28; }
-float history_stabilized(uvec2 word) { return history_frames(word) == 0u ? luma_of(visibility_of(word)) : byte_of(word.x, 20); }
-float history_width_px(uvec2 word) { return history_frames(word) == 0u ? unpack_width((word.x >> 20) & 255u) : WIDTH_ANY; }
+uint history_age_code(uvec2 word) { return word.x >> 28; }
+/* Frames in the mean, at least 1. */
+float mean_frames(uvec2 word) { return 1.0 + history_length(max(unpack_age(mean_age_code(word)) - 1.0, 0.0), mean_width_px(word)); }
+float history_stabilized(uvec2 word) { return history_age_code(word) == 0u ? luma_of(visibility_of(word)) : byte_of(word.x, 20); }
+float history_width_px(uvec2 word) { return history_age_code(word) == 0u ? unpack_width((word.x >> 20) & 255u) : WIDTH_ANY; }
 /* Where no penumbra was near: of any depth, no frames. */
 uvec2 uniform_history(bool lit) { return uvec2(DEPTH_NONE | 0xff00000u | (lit ? 0xff000u : 0u), lit ? 0xffffu : 0u); }
 
