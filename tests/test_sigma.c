@@ -624,6 +624,23 @@ static void many_lights_share_one_signal(void **state)
     }
 }
 
+/* Many lights in turn through one denoiser: one that is restarted gives what a new one gives, whichever lamp it saw before. */
+static void a_restarted_denoiser_knows_no_other_light(void **state)
+{
+    static shadow_rig used, fresh;
+    (void)state;
+    open_shadows(&used, world);
+    open_shadows(&fresh, world);
+    run_frames(&used, &lamp, 5);
+    fresh.r.index = used.r.index;
+    used.r.frame.restart = fresh.r.frame.restart = 1;
+    run_frames(&used, &sun, 1);
+    run_frames(&fresh, &sun, 1);
+    assert_memory_equal(used.out, fresh.out, sizeof used.out);
+    rig_close(&used.r);
+    rig_close(&fresh.r);
+}
+
 /* ---------------------------------------------------------------------------------------------------------------------------
    Containment  >>containment */
 static void equal_inputs_give_equal_bits(void **state)
@@ -717,6 +734,7 @@ int main(void)
         cmocka_unit_test(shadows_of_glass_lose_their_noise_and_keep_their_colour),
         cmocka_unit_test(without_glass_both_denoisers_agree),
         cmocka_unit_test(many_lights_share_one_signal),
+        cmocka_unit_test(a_restarted_denoiser_knows_no_other_light),
         cmocka_unit_test(equal_inputs_give_equal_bits),
         cmocka_unit_test(only_the_rectangle_is_read),
         cmocka_unit_test(rays_that_are_no_numbers_are_contained),
