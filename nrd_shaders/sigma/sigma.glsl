@@ -50,12 +50,13 @@ float unpack_age(uint code) { return 0.25 * float(code * code); }
 
 /* Of a pixel that has been in penumbrae for `age` frames, how many count. An edge that moves by its penumbra's width every few frames has no
    noise that a longer history would average, and so few rays around it that clamp_history() cannot tell the lag: a narrow penumbra gets a
-   short history. Three times as long, edges of thin things that move have up to 60 % more error. What has stayed for long moves slowly. */
+   short history, none below 0.3 px; unlimited, edges of thin things that move have half as much error again. What has stayed for long moves
+   slowly: its length grows by FRAMES_PER_AGE; less of it and what stands still flickers, more and what starts to move lags. */
 const float FRAMES_PER_PX = 2.0;
-const float FRAMES_PER_AGE = 0.1667;
+const float FRAMES_PER_AGE = 0.125;
 float history_length(float age, float width_px)
 {
-    float most = smoothstep(0.25, 0.5, width_px) * max(FRAMES_PER_PX * width_px, FRAMES_PER_AGE * age);
+    float most = max(smoothstep(0.3, 1.0, width_px) * FRAMES_PER_PX * width_px, smoothstep(0.25, 0.5, width_px) * FRAMES_PER_AGE * age);
     return min(min(age, most), g.max_accumulated_frames);
 }
 
