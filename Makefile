@@ -42,7 +42,7 @@ objects   = $(patsubst %.c,$B/obj/%.o,$(wildcard $1))
 programs := $B/minimal $(patsubst examples/nrd_%.c,$B/nrd-%,$(wildcard examples/nrd_*.c))
 tests    := $(patsubst tests/%.c,$B/tests/%,$(wildcard tests/test_*.c))
 archives := $B/libstress.a $B/libreport.a $B/libtracer.a $B/libexamples.a
-gpu      := $(patsubst $B/%,$B/gpu/%,$(filter-out $(if $(tracer),,%/nrd-render %/test_tracer),$(programs) $(tests)))
+gpu      := $(patsubst $B/%,$B/gpu/%,$(filter-out $(if $(tracer),,%/nrd-render %/test_tracer %/test_shadows),$(programs) $(tests)))
 
 .PHONY: all spv shared test test-long check examples demo report tune dist gpu format clean
 .DELETE_ON_ERROR:
@@ -130,7 +130,7 @@ define link
 	@echo "link $@"; mkdir -p $(@D)
 	$Q$(CC) $(ALL_CFLAGS) $(LDFLAGS) -Wl,--as-needed $< $(archives) $(LIBS) -o $@
 endef
-%/nrd-render %/test_tracer: LIBS += -lembree3 -lassimp
+%/nrd-render %/test_tracer %/test_shadows: LIBS += -lembree3 -lassimp
 $(gpu): LDFLAGS += -static-libgcc -Wl,--disable-new-dtags,-rpath,'$$ORIGIN:$$ORIGIN/..'
 define program_rules
 $1/minimal: $B/obj/examples/minimal.o $(archives)
