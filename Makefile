@@ -36,7 +36,7 @@ submake  = $(MAKE) --no-print-directory $(if $(filter -j%,$(MAKEFLAGS)),,-j$(she
 
 modules  := $(shell sed -n 's/^\([a-z][a-z0-9_]*\) .*/\1/p' nrd_shaders/modules.txt)
 spv      := $(modules:%=$B/spv/%.spv)
-kernels  := $B/trace_spv.h $B/spatial_spv.h $B/copy_spv.h $B/tests/shader_math_spirv.h $B/tests/shader_math_debug_spirv.h
+kernels  := $B/trace_spv.h $B/spatial_spv.h $B/copy_buffers_spv.h $B/copy_images_spv.h $B/tests/shader_math_spirv.h $B/tests/shader_math_debug_spirv.h
 embedded := $B/nrd_spirv.h $(kernels) $B/raygen_spv.h $B/report_page.h
 objects   = $(patsubst %.c,$B/obj/%.o,$(wildcard $1))
 programs := $B/minimal $(patsubst examples/nrd_%.c,$B/nrd-%,$(wildcard examples/nrd_*.c))
@@ -90,7 +90,8 @@ $B/tune/nrd_spirv.h: $(shaders) $B/spirv-header Makefile
 
 $B/trace_spv.h: examples/tracer/trace.comp
 $B/spatial_spv.h: examples/report/spatial.comp
-$B/copy_spv.h: examples/report/copy.comp
+$B/copy_buffers_spv.h: examples/report/copy_buffers.comp
+$B/copy_images_spv.h: examples/report/copy_images.comp
 $B/tests/shader_math_spirv.h $B/tests/shader_math_debug_spirv.h: tests/shader_math.comp
 $B/tests/shader_math_spirv.h: GLSL += -Os
 $B/tests/shader_math_debug_spirv.h: GLSL += -Od -g

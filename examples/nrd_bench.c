@@ -1,14 +1,14 @@
 /* nrd-bench: device time of every pass on a synthetic scene.
 
    nrd-bench [--denoiser NAME,...] [--size WxH] [--frames N] [--device N] [--penumbra SHARE] [--sky SHARE] [--absent NAME,...]
-             [--features 0..15] [--plan 1] [--costs 1]
+             [--features 0..15] [--plan 1] [--costs 1] [--copy MB]
    Prints the median over the frames in microseconds per pass, their sum, the bytes that the passes read and write per second, and what
    the denoisers are made of: passes, modules, SPIR-V, memory, time of creation.
    --penumbra: share of the pixels that lie in a penumbra, for shadows; the rest is lit and dark in equal parts.
    --sky: share of the picture that is sky, from the top; 1: nothing but sky.
    --absent, --features: nrd_desc.absent and .features.
    --plan 1: only what they are made of; needs no device.  --costs 1: the rows of nrd.h's table of passes.
-   --denoiser reference does next to nothing but move bytes: its rate is what the device can copy. */
+   --copy: no denoiser, but plain copies that move this many megabytes in all, and a fourth and a sixteenth of them. */
 #define _POSIX_C_SOURCE 200809L
 #define NRD_IMPLEMENTATION
 #define NRD_VK_IMPLEMENTATION
@@ -19,6 +19,8 @@
 #include "common/gpu.h"
 #include "common/half.h"
 #include "common/settings.h"
+#include "report/copier.h"
+#include "report/statistics.h"
 
 #include <math.h>
 #include <stdio.h>
@@ -34,7 +36,7 @@ typedef struct options {
     nrd_denoiser_desc denoisers[MAX_DENOISERS];
     uint32_t denoiser_count;
     const char *names;   /* of the denoisers */
-    float penumbra, sky;
+    float penumbra, sky, copy_mb;
 } options;
 
 static gpu g;
@@ -325,6 +327,31 @@ static bool parse_denoisers(const char *text, options *o)
     }
 }
 
+/* Median device time in milliseconds; the copies before it bring the device's clock up. */
+static bool time_copies(const options *o, copier *c, copier_way way, double bytes, double *ms)
+{
+    static double times[MAX_FRAMES];
+    for (uint32_t i = 0; i < WARM_UP + o->frames; i++)
+        if (!copier_run(c, way, bytes, &times[i < WARM_UP ? 0 : i - WARM_UP])) return false;
+    *ms = quantile(times, (int)o->frames, 0.5);
+    return true;
+}
+
+static bool bench_copies(const options *o)
+{
+    copier c;
+    bool ok = copier_open(&c, &g, o->copy_mb * 1e6);
+    printf("%s, plain copies, half of the bytes read, half written, median of %u\n", g.properties.deviceName, o->frames);
+    for (double mb = o->copy_mb; ok && mb > o->copy_mb / 20; mb /= 4)
+        for (int way = 0; ok && way < COPIER_WAY_COUNT; way++) {
+            double ms = 0;
+            ok = time_copies(o, &c, (copier_way)way, mb * 1e6, &ms);
+            if (ok) printf("%10.1f us  %8.1f MB  %6.3f TB/s  %s\n", ms * 1e3, mb, mb * 1e-3 / ms, copier_way_name((copier_way)way));
+        }
+    copier_close(&c);
+    return ok;
+}
+
 static bool parse_share(const char *text, float *out) { return sscanf(text, "%f", out) == 1 && *out >= 0 && *out <= 1; }
 
 static bool parse(int argc, char **argv, options *o)
@@ -339,10 +366,11 @@ static bool parse(int argc, char **argv, options *o)
                || (!strcmp(argv[i], "--features") && sscanf(value, "%u", &o->features) == 1 && o->features <= NRD_FEATURE_ALL)
                || (!strcmp(argv[i], "--plan") && sscanf(value, "%u", &o->plan) == 1)
                || (!strcmp(argv[i], "--costs") && sscanf(value, "%u", &o->costs) == 1)
+               || (!strcmp(argv[i], "--copy") && sscanf(value, "%f", &o->copy_mb) == 1 && o->copy_mb > 0 && o->copy_mb <= 16384)
                || (!strcmp(argv[i], "--denoiser") && parse_denoisers(value, o))
                || (!strcmp(argv[i], "--device") && sscanf(value, "%d", &o->device) == 1);
         if (!ok) return fprintf(stderr, "nrd-bench: %s %s: usage: nrd-bench [--denoiser NAME,...] [--size WxH] [--frames 1..%d] [--device N] [--penumbra 0..1] [--sky 0..1] "
-                                "[--absent NAME,...] [--features 0..%d] [--plan 0|1] [--costs 0|1]\n", argv[i], value, MAX_FRAMES, NRD_FEATURE_ALL), false;
+                                "[--absent NAME,...] [--features 0..%d] [--plan 0|1] [--costs 0|1] [--copy MB]\n", argv[i], value, MAX_FRAMES, NRD_FEATURE_ALL), false;
     }
     return true;
 }
@@ -365,12 +393,12 @@ int main(int argc, char **argv)
                   .names = "reblur_diffuse", .penumbra = 0.2f };
     char error[256];
     if (!parse(argc, argv, &o)) return 2;
-    bool ok = make_instance(&o) && print_plan(&o);
+    bool ok = o.copy_mb > 0 || (make_instance(&o) && print_plan(&o));
     gpu_desc desc = { .device_index = o.device };
     if (ok && !o.plan) {
         if (!gpu_open(&g, &desc, error, sizeof error)) return fprintf(stderr, "nrd-bench: %s\n", error), nrd_destroy(denoiser), 1;
         times_us = malloc(o.frames * sizeof *times_us);
-        ok = times_us && bench(&o);
+        ok = times_us && (o.copy_mb > 0 ? bench_copies(&o) : bench(&o));
     }
     if (!ok) fprintf(stderr, "nrd-bench: failed. %s\n", gpu_error(&g));
     clean_up();

@@ -4,6 +4,7 @@
 #define _DEFAULT_SOURCE
 #include "browser.h"
 #include "common/gpu.h"
+#include "report/copier.h"
 #include "report/parallel.h"
 #include "report/statistics.h"
 
@@ -106,6 +107,13 @@ static void every_method_and_baseline_is_a_row(void **state)
     assert_int_equal(count(load("out/report.json"), "\"signal\":\"diffuse\""), 6);
 }
 
+/* Within a share of what is expected. */
+static void near(double value, double expected, double share)
+{
+    if (!(fabs(value - expected) <= share * fabs(expected)))
+        fail_msg("%g, expected %g", value, expected);
+}
+
 static void numbers_are_plausible(void **state)
 {
     (void)state;
@@ -116,6 +124,9 @@ static void numbers_are_plausible(void **state)
     assert_true(cell("reblur_diffuse,fastest", "bytes_per_pixel") < cell("reblur_diffuse,balanced", "bytes_per_pixel"));
     assert_true(cell("reblur_diffuse,balanced", "bytes_per_pixel") > 100);
     assert_true(cell("reblur_diffuse,balanced", "permanent_bytes") > 96 * 54 * 10);
+    double share = cell("reblur_diffuse,balanced", "copy_share"), rate = cell("reblur_diffuse,balanced", "copy_rate");
+    assert_true(share > 0 && share < 1);
+    near(cell("reblur_diffuse,balanced", "bytes_per_pixel") * 96 * 54 / (rate * 1e6), share * cell("reblur_diffuse,balanced", "ms,"), 1e-3);
     assert_true(cell("more paths,", "paths_traced") > 1);
     assert_true(cell(",noisy,", "lag") == 0);          /* it is as bright as the light at once */
     assert_true(fabs(cell(",noisy,", "motion_bias")) < 0.1);
@@ -318,6 +329,62 @@ static void every_piece_of_work_is_done_once_until_one_fails(void **state)
     assert_int_equal(visits[40], 1);
 }
 
+enum { COPY_WORDS = 5000 };
+
+/* Copies between a buffer of the device and one that the host sees. */
+static void move_buffer(gpu *g, const gpu_buffer *from, const gpu_buffer *to)
+{
+    const VkBufferCopy all = { 0, 0, COPY_WORDS * 16 };
+    assert_non_null(gpu_begin(g));
+    g->fn.vkCmdCopyBuffer(g->cmd, from->buffer, to->buffer, 1, &all);
+    assert_true(gpu_submit_and_wait(g));
+}
+
+/* Copies `words` of 16 bytes over zeros; true when these and no others arrive. */
+static bool copies_exactly(copier *c, copier_way way, gpu_buffer *seen, uint32_t words)
+{
+    static float texels[2048 * ((COPY_WORDS + 2047) / 2048) * 4], zeros[sizeof texels / sizeof *texels];
+    uint32_t wrong = 0;
+    double ms;
+    float *mapped = seen->mapped, *got = way == COPIER_IMAGES ? texels : mapped;
+    for (size_t i = 0; i < sizeof texels / sizeof *texels; i++)
+        texels[i] = (float)i + 1;
+    memset(mapped, 0, COPY_WORDS * 16);
+    move_buffer(c->g, seen, &c->to);
+    memcpy(mapped, texels, COPY_WORDS * 16);
+    move_buffer(c->g, seen, &c->from);
+    assert_true(gpu_upload(c->g, &c->image_from, texels) && gpu_upload(c->g, &c->image_to, zeros));
+    assert_true(copier_run(c, way, 32.0 * words, &ms) && ms > 0);
+    move_buffer(c->g, &c->to, seen);
+    assert_true(gpu_download(c->g, &c->image_to, texels));
+    for (uint32_t i = 0; i < 4 * COPY_WORDS; i++)
+        wrong += got[i] != (i < 4 * words ? (float)i + 1 : 0);
+    return wrong == 0;
+}
+
+static void copies_move_all_bytes_in_every_way(void **state)
+{
+    gpu g;
+    copier c;
+    gpu_buffer seen;
+    char reason[256];
+    const gpu_desc device = { .device_index = 0 };
+    (void)state;
+    assert_true(gpu_open(&g, &device, reason, sizeof reason));
+    assert_true(copier_open(&c, &g, 32.0 * COPY_WORDS));
+    assert_true(gpu_buffer_create(&g, COPY_WORDS * 16, VK_BUFFER_USAGE_TRANSFER_SRC_BIT | VK_BUFFER_USAGE_TRANSFER_DST_BIT, &seen));
+    for (int way = 0; way < COPIER_WAY_COUNT; way++)
+        for (uint32_t words = 1; words <= COPY_WORDS; words = words < 1025 ? words + 512 : words + 3975)
+            if (!copies_exactly(&c, (copier_way)way, &seen, words))
+                fail_msg("%s: %u words", copier_way_name((copier_way)way), words);
+    double once, often;
+    assert_true(copier_run(&c, COPIER_BUFFERS, 32.0 * COPY_WORDS, &once) && copier_run(&c, COPIER_BUFFERS, 400 * 32.0 * COPY_WORDS, &often));
+    assert_true(often > 4 * once); /* more than fits is copied in pieces */
+    gpu_buffer_destroy(&g, &seen);
+    copier_close(&c);
+    gpu_close(&g);
+}
+
 int main(void)
 {
     gpu g;
@@ -327,6 +394,7 @@ int main(void)
         cmocka_unit_test(quantiles_lie_between_sorted_values),
         cmocka_unit_test(fingerprints_are_fnv_1a),
         cmocka_unit_test(every_piece_of_work_is_done_once_until_one_fails),
+        cmocka_unit_test(copies_move_all_bytes_in_every_way),
         cmocka_unit_test(every_method_and_baseline_is_a_row),
         cmocka_unit_test(numbers_are_plausible),
         cmocka_unit_test(a_second_run_measures_nothing_again),

@@ -359,29 +359,41 @@ static bool allocate(gpu *g, const VkMemoryRequirements *need, VkMemoryPropertyF
     return fail(g, "no memory type with property flags 0x%x", (unsigned)flags);
 }
 
-static bool fill_buffer_object(gpu *g, VkBufferUsageFlags usage, gpu_buffer *b)
+static bool fill_buffer_object(gpu *g, VkBufferUsageFlags usage, VkMemoryPropertyFlags memory, gpu_buffer *b)
 {
     VkBufferCreateInfo info = {VK_STRUCTURE_TYPE_BUFFER_CREATE_INFO, NULL, 0, b->size, usage,
                                VK_SHARING_MODE_EXCLUSIVE, 0, NULL};
     VkMemoryRequirements need;
     if (!check(g, g->fn.vkCreateBuffer(g->device, &info, NULL, &b->buffer), "vkCreateBuffer")) return false;
     g->fn.vkGetBufferMemoryRequirements(g->device, b->buffer, &need);
-    return allocate(g, &need, VK_MEMORY_PROPERTY_HOST_VISIBLE_BIT | VK_MEMORY_PROPERTY_HOST_COHERENT_BIT,
-                    &b->memory) &&
-           check(g, g->fn.vkBindBufferMemory(g->device, b->buffer, b->memory, 0), "vkBindBufferMemory") &&
+    if (!allocate(g, &need, memory, &b->memory) ||
+        !check(g, g->fn.vkBindBufferMemory(g->device, b->buffer, b->memory, 0), "vkBindBufferMemory"))
+        return false;
+    return !(memory & VK_MEMORY_PROPERTY_HOST_VISIBLE_BIT) ||
            check(g, g->fn.vkMapMemory(g->device, b->memory, 0, VK_WHOLE_SIZE, 0, &b->mapped), "vkMapMemory");
 }
 
-bool gpu_buffer_create(gpu *g, VkDeviceSize size, VkBufferUsageFlags usage, gpu_buffer *out)
+static bool create_buffer(gpu *g, VkDeviceSize size, VkBufferUsageFlags usage, VkMemoryPropertyFlags memory,
+                          gpu_buffer *out)
 {
     gpu_buffer b = {VK_NULL_HANDLE, VK_NULL_HANDLE, size, NULL};
     if (size == 0) return fail(g, "buffer size is 0");
-    if (!fill_buffer_object(g, usage, &b)) {
+    if (!fill_buffer_object(g, usage, memory, &b)) {
         gpu_buffer_destroy(g, &b);
         return false;
     }
     *out = b;
     return true;
+}
+
+bool gpu_buffer_create(gpu *g, VkDeviceSize size, VkBufferUsageFlags usage, gpu_buffer *out)
+{
+    return create_buffer(g, size, usage, VK_MEMORY_PROPERTY_HOST_VISIBLE_BIT | VK_MEMORY_PROPERTY_HOST_COHERENT_BIT, out);
+}
+
+bool gpu_buffer_create_local(gpu *g, VkDeviceSize size, VkBufferUsageFlags usage, gpu_buffer *out)
+{
+    return create_buffer(g, size, usage, VK_MEMORY_PROPERTY_DEVICE_LOCAL_BIT, out);
 }
 
 void gpu_buffer_destroy(gpu *g, gpu_buffer *buffer)

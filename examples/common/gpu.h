@@ -79,6 +79,7 @@ extern "C" {
     X(vkCreateComputePipelines)                                                                                        \
     X(vkDestroyPipeline)                                                                                               \
     X(vkCmdPipelineBarrier)                                                                                            \
+    X(vkCmdCopyBuffer)                                                                                                 \
     X(vkCmdCopyBufferToImage)                                                                                          \
     X(vkCmdCopyImageToBuffer)                                                                                          \
     X(vkCmdBindPipeline)                                                                                               \
@@ -109,7 +110,7 @@ typedef struct gpu_desc {
     const void *features; /* becomes VkDeviceCreateInfo.pNext */
 } gpu_desc;
 
-/* Host-visible, coherent, persistently mapped. */
+/* Host-visible, coherent, persistently mapped; or, with `mapped` NULL, of the device alone. */
 typedef struct gpu_buffer {
     VkBuffer buffer;
     VkDeviceMemory memory;
@@ -186,6 +187,8 @@ bool gpu_upload(gpu *g, gpu_image *image, const void *texels);
 bool gpu_download(gpu *g, const gpu_image *image, void *texels);
 
 bool gpu_buffer_create(gpu *g, VkDeviceSize size, VkBufferUsageFlags usage, gpu_buffer *out);
+/* In the device's own memory, which the host does not see. */
+bool gpu_buffer_create_local(gpu *g, VkDeviceSize size, VkBufferUsageFlags usage, gpu_buffer *out);
 void gpu_buffer_destroy(gpu *g, gpu_buffer *buffer);
 
 /* Starts g->cmd afresh and makes all earlier submissions' writes visible to it. NULL on failure. */

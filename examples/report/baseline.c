@@ -1,7 +1,6 @@
 #include "report/baseline.h"
 
 #include "common/half.h"
-#include "copy_spv.h"
 #include "report/statistics.h"
 #include "spatial_spv.h"
 #include "tracer/tracer_vulkan.h"
@@ -11,29 +10,27 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { PROBES = 7, GROUP = 8, TEXEL_BYTES = 16 };
+enum { PROBES = 7, GROUP = 8 };
 
 typedef struct spatial_push { int32_t radius; float sky; } spatial_push;
 
-static bool create_kernel(gpu *g, const uint32_t *words, size_t size, uint32_t reads, uint32_t push_size, gpu_kernel *out)
+static bool create_kernel(baseline *b)
 {
-    VkDescriptorType types[4];
+    static const VkDescriptorType types[] = { VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER, VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER,
+                                              VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER, VK_DESCRIPTOR_TYPE_STORAGE_IMAGE };
     gpu_kernel_desc desc = { 0 };
-    for (uint32_t i = 0; i <= reads; i++)
-        types[i] = i < reads ? VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER : VK_DESCRIPTOR_TYPE_STORAGE_IMAGE;
-    desc.words = words;
-    desc.size_bytes = size;
+    desc.words = spatial_spv;
+    desc.size_bytes = sizeof spatial_spv;
     desc.types = types;
-    desc.type_count = reads + 1;
-    desc.push_size = push_size;
-    return gpu_kernel_create(g, &desc, out);
+    desc.type_count = sizeof types / sizeof *types;
+    desc.push_size = sizeof(spatial_push);
+    return gpu_kernel_create(b->g, &desc, &b->spatial);
 }
 
 static bool open_parts(baseline *b, int width, int height)
 {
     const VkFormat format = VK_FORMAT_R16G16B16A16_SFLOAT;
-    return create_kernel(b->g, spatial_spv, sizeof spatial_spv, 3, sizeof(spatial_push), &b->spatial)
-        && create_kernel(b->g, copy_spv, sizeof copy_spv, 1, 0, &b->copy)
+    return create_kernel(b)
         && gpu_image_create(b->g, (uint32_t)width, (uint32_t)height, format, "spatial in", &b->in)
         && gpu_image_create(b->g, (uint32_t)width, (uint32_t)height, format, "spatial out", &b->out);
 }
@@ -56,7 +53,6 @@ void baseline_close(baseline *b)
 {
     if (b->g) {
         gpu_kernel_destroy(b->g, &b->spatial);
-        gpu_kernel_destroy(b->g, &b->copy);
         gpu_image_destroy(b->g, &b->in);
         gpu_image_destroy(b->g, &b->out);
     }
@@ -127,34 +123,4 @@ bool baseline_radius_for(baseline *b, double ms, int *radius, double *found_ms)
             break;
     }
     return true;
-}
-
-static bool time_copy(baseline *b, const gpu_image *from, const gpu_image *to, double *ms)
-{
-    double times[PROBES];
-    gpu_kernel_bind_image(b->g, &b->copy, 0, from);
-    gpu_kernel_bind_image(b->g, &b->copy, 1, to);
-    for (int i = -2; i < PROBES; i++) {
-        if (!gpu_begin(b->g))
-            return false;
-        gpu_kernel_dispatch(b->g, &b->copy, NULL, 0, groups_of(from->width), groups_of(from->height), 1);
-        if (!gpu_submit_and_wait(b->g))
-            return false;
-        if (i >= 0)
-            times[i] = gpu_milliseconds(b->g);
-    }
-    *ms = quantile(times, PROBES, 0.5);
-    return true;
-}
-
-bool baseline_copy_ms(baseline *b, double bytes, double *ms)
-{
-    gpu_image from = { 0 }, to = { 0 };
-    uint32_t width = 2048, height = (uint32_t)ceil(bytes / 2 / TEXEL_BYTES / width);
-    height = height ? height : 1;
-    bool ok = gpu_image_create(b->g, width, height, VK_FORMAT_R32G32B32A32_SFLOAT, "copy from", &from)
-        && gpu_image_create(b->g, width, height, VK_FORMAT_R32G32B32A32_SFLOAT, "copy to", &to) && time_copy(b, &from, &to, ms);
-    gpu_image_destroy(b->g, &from);
-    gpu_image_destroy(b->g, &to);
-    return ok;
 }

@@ -1,4 +1,4 @@
-/* baseline.h: what denoisers compete with on the device: a plain spatial filter, and a copy that moves as many bytes. */
+/* baseline.h: what denoisers compete with on the device: a plain spatial filter. */
 #ifndef EXAMPLES_REPORT_BASELINE_H
 #define EXAMPLES_REPORT_BASELINE_H
 
@@ -11,7 +11,7 @@
 typedef struct baseline {
     tracer *t; /* holds the guides of the last frame */
     gpu *g;
-    gpu_kernel spatial, copy;
+    gpu_kernel spatial;
     gpu_image in, out;
     uint16_t *texels;
     float sky;
@@ -25,8 +25,5 @@ bool baseline_filter(baseline *b, int radius, image *m);
 
 /* The radius whose median device time comes nearest to `ms`, and that time. */
 bool baseline_radius_for(baseline *b, double ms, int *radius, double *filter_ms);
-
-/* Median device time of moving `bytes` in all, half of them read, half written. */
-bool baseline_copy_ms(baseline *b, double bytes, double *ms);
 
 #endif

@@ -101,19 +101,30 @@ static bool open_methods(measurement *m)
     return true;
 }
 
-/* In turn, so that what slows the device down for a while slows all of them. */
+static bool open_copier(measurement *m, copier *c)
+{
+    double most = 0;
+    for (int i = 0; i < m->method_count; i++)
+        most = fmax(most, m->methods[i].bytes);
+    return copier_open(c, m->rival.g, most) || report_fail(m->r, "%s", gpu_error(m->rival.g));
+}
+
+/* In turn, so that what slows the device down for a while slows all of them, and the copies that they are compared with. */
 static bool time_methods(measurement *m)
 {
     capture steady = m->timed;
+    copier copies = { 0 };
     bool ok = true;
     steady.cut = 0; /* in the middle of a shot: a cut would empty the history */
     for (int i = 0; i < m->method_count && ok; i++)
         ok = method_time_start(m->r, &m->methods[i], &steady);
+    ok = ok && open_copier(m, &copies);
     for (int round = 0; round < WARM_UP + m->r->options.repeats && ok; round++)
         for (int i = 0; i < m->method_count && ok; i++)
-            ok = method_time_once(m->r, &m->methods[i], &steady, round >= WARM_UP);
+            ok = method_time_once(m->r, &m->methods[i], &steady, &copies, round >= WARM_UP);
     for (int i = 0; i < m->method_count && ok; i++)
-        method_time_end(&m->methods[i], &steady);
+        method_time_end(&m->methods[i]);
+    copier_close(&copies);
     return ok;
 }
 
@@ -336,20 +347,18 @@ static bool run_frames(measurement *m, int done, int total)
 
 /* ---- rows ---- */
 
-static bool fill_times(measurement *m, const method *method, report_row *row)
+static void fill_times(const method *method, report_row *row)
 {
-    double pixels = (double)row->time_width * row->time_height, copy_ms, *v = row->values;
-    if (!baseline_copy_ms(&m->rival, method->bytes, &copy_ms))
-        return report_fail(m->r, "%s", gpu_error(m->rival.g));
+    double pixels = (double)row->time_width * row->time_height, *v = row->values;
     v[REPORT_ms_low] = method->low;
     v[REPORT_ms_high] = method->high;
     v[REPORT_bytes_per_pixel] = method->bytes / pixels;
-    v[REPORT_copy_share] = copy_ms / method->ms;
+    v[REPORT_copy_share] = method->copy_ms / method->ms;
+    v[REPORT_copy_rate] = method->bytes / method->copy_ms * 1e-6;
     v[REPORT_permanent_bytes] = method->permanent_bytes;
     v[REPORT_transient_bytes] = method->transient_bytes;
     row->pass_count = method->pass_count;
     memcpy(row->passes, method->passes, sizeof row->passes);
-    return true;
 }
 
 /* Relative to the reference under the first light. */
@@ -398,7 +407,9 @@ static bool fill_row(measurement *m, const track *t, double noise)
     row->values[REPORT_paths_traced] = t->paths;
     row->values[REPORT_reference_noise] = noise;
     score_fill(&t->score, &m->truths[t->signal], &m->r->options, row);
-    return t->kind != TRACK_DENOISER || fill_times(m, method, row);
+    if (t->kind == TRACK_DENOISER)
+        fill_times(method, row);
+    return true;
 }
 
 static bool fill_rows(measurement *m)

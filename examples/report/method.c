@@ -2,6 +2,7 @@
 
 #include "report/statistics.h"
 
+#include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -105,9 +106,12 @@ static double quartiles(double *times, int count, double *low, double *high)
     return quantile(times, count, 0.5);
 }
 
-typedef struct timings { double totals[REPORT_MAX_FRAMES], passes[REPORT_MAX_PASSES][REPORT_MAX_FRAMES]; int count; } timings;
+typedef struct timings {
+    double totals[REPORT_MAX_FRAMES], passes[REPORT_MAX_PASSES][REPORT_MAX_FRAMES], copies[REPORT_MAX_FRAMES];
+    int count;
+} timings;
 
-static void take(method *m, timings *t)
+static void take(method *m, timings *t, double copy_ms)
 {
     uint32_t count;
     const denoise_timing *list = denoise_timings(m->clock, &count);
@@ -118,6 +122,7 @@ static void take(method *m, timings *t)
         t->passes[i][t->count] = list[i].milliseconds;
         total += list[i].milliseconds;
     }
+    t->copies[t->count] = copy_ms;
     t->totals[t->count++] = total;
 }
 
@@ -161,18 +166,11 @@ bool method_open(report *r, method *m, const capture *first)
     return true;
 }
 
-/* The open denoiser is timed where the size is its own, else one opened for that. */
-bool method_time_start(report *r, method *m, const capture *frame)
+/* Another denoiser, of the frame's size, for times alone. */
+static bool open_clock(report *r, method *m, const capture *frame)
 {
-    const nrd_info *info = denoise_info(m->d);
     denoise *open = m->d;
     capture out;
-    m->timings = calloc(1, sizeof *m->timings);
-    if (!m->timings)
-        return report_fail(r, "out of memory");
-    m->clock = m->d;
-    if ((int)info->width == frame->width && (int)info->height == frame->height)
-        return true;
     bool ok = open_denoiser(r, m, frame, &out);
     if (ok)
         capture_destroy(&out);
@@ -181,12 +179,48 @@ bool method_time_start(report *r, method *m, const capture *frame)
     return ok;
 }
 
-bool method_time_once(report *r, method *m, const capture *frame, bool counts)
+/* The open denoiser is timed where the size is its own. */
+bool method_time_start(report *r, method *m, const capture *frame)
 {
-    bool ok = denoise_again(m->clock, frame, m->index++, r->error, sizeof r->error);
-    if (ok && counts)
-        take(m, m->timings);
-    return ok;
+    const nrd_info *info = denoise_info(m->d);
+    m->timings = calloc(1, sizeof *m->timings);
+    if (!m->timings)
+        return report_fail(r, "out of memory");
+    m->clock = m->d;
+    if (((int)info->width != frame->width || (int)info->height != frame->height) && !open_clock(r, m, frame))
+        return false;
+    m->bytes = denoise_bytes_moved(m->clock, frame);
+    return true;
+}
+
+/* A warm-up looks for the fastest way of copying, in which then all are done. */
+static bool copy_as_many_bytes(method *m, copier *copies, bool warm_up, double *ms)
+{
+    double now;
+    if (!warm_up)
+        return copier_run(copies, m->copy_way, m->bytes, ms);
+    *ms = INFINITY;
+    for (int i = 0; i < COPIER_WAY_COUNT; i++) {
+        if (!copier_run(copies, (copier_way)i, m->bytes, &now))
+            return false;
+        if (now < *ms) {
+            *ms = now;
+            m->copy_way = (copier_way)i;
+        }
+    }
+    return true;
+}
+
+bool method_time_once(report *r, method *m, const capture *frame, copier *copies, bool counts)
+{
+    double copy_ms;
+    if (!denoise_again(m->clock, frame, m->index++, r->error, sizeof r->error))
+        return false;
+    if (!copy_as_many_bytes(m, copies, !counts, &copy_ms))
+        return report_fail(r, "%s", gpu_error(copies->g));
+    if (counts)
+        take(m, m->timings, copy_ms);
+    return true;
 }
 
 static void close_clock(method *m)
@@ -198,13 +232,13 @@ static void close_clock(method *m)
     m->timings = NULL;
 }
 
-void method_time_end(method *m, const capture *frame)
+void method_time_end(method *m)
 {
     timings *t = m->timings;
     m->ms = quartiles(t->totals, t->count, &m->low, &m->high);
     for (int i = 0; i < m->pass_count; i++)
         m->passes[i].ms = quartiles(t->passes[i], t->count, &m->passes[i].low, &m->passes[i].high);
-    m->bytes = denoise_bytes_moved(m->clock, frame);
+    m->copy_ms = quantile(t->copies, t->count, 0.5);
     m->permanent_bytes = (double)denoise_info(m->clock)->permanent_bytes;
     m->transient_bytes = (double)denoise_info(m->clock)->transient_bytes;
     close_clock(m);

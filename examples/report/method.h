@@ -2,6 +2,7 @@
 #ifndef EXAMPLES_REPORT_METHOD_H
 #define EXAMPLES_REPORT_METHOD_H
 
+#include "report/copier.h"
 #include "report/report.h"
 
 enum { METHOD_MAX_SETTINGS = 128, REPORT_MAX_METHODS = 256 };
@@ -19,6 +20,8 @@ typedef struct method {
     bool writes[SIGNAL_COUNT];
     double ms, low, high;            /* of a frame, 0 without timestamps */
     double bytes;                    /* moved by a frame of the size at which times are taken */
+    double copy_ms;                  /* of a plain copy of as many bytes */
+    copier_way copy_way;             /* the fastest in the last warm-up */
     double permanent_bytes, transient_bytes;
     report_pass passes[REPORT_MAX_PASSES];
     int pass_count;
@@ -37,11 +40,12 @@ bool method_fits(const method *m, const capture *first, char *reason, size_t rea
 /* Opens the denoiser and finds out what it writes. */
 bool method_open(report *r, method *m, const capture *first);
 
-/* Time and memory on a frame in the middle of a shot, of any size: started, run as often as wanted, in turn with other
-   methods, and ended. `counts`: not a warm-up. Frames denoised afterwards must begin with a cut. */
+/* Time and memory on a frame in the middle of a shot, of any size: started (`bytes` is known then), run as often as wanted, in
+   turn with other methods and each time followed by a copy, and ended. `counts`: not a warm-up. Frames denoised afterwards must
+   begin with a cut. */
 bool method_time_start(report *r, method *m, const capture *frame);
-bool method_time_once(report *r, method *m, const capture *frame, bool counts);
-void method_time_end(method *m, const capture *frame);
+bool method_time_once(report *r, method *m, const capture *frame, copier *copies, bool counts);
+void method_time_end(method *m);
 
 void method_close(method *m);
 
