@@ -1,10 +1,11 @@
-/* nrd-tune: searches the settings of a denoiser, and the named constants inside its shaders, for less error and flicker on
+/* nrd-tune: searches the settings of denoisers, and the named constants inside their shaders, for less error and flicker on
    some scenes, and says what is gained on others. Built on shaders in which the constants are specialization constants.
 
-   What is made small is the weighted geometric mean, over scenes and signals, of five numbers (formulas: common/metrics.h):
+   What is made small is the weighted geometric mean, over scenes and signals, of six numbers (formulas: common/metrics.h):
    trimmed relMSE in motion, weight 3; at rest, 1; over the frames after all lights become four times as bright, 1; flicker
-   in motion, 1; at rest, 1. Coordinate search in factors: each value is multiplied and divided by a step, the better result
-   is kept; the step shrinks to its root when a round brings nothing. */
+   in motion, 1; at rest, 1; the size of the bias in motion, 1. Coordinate search in factors: each value is multiplied and
+   divided by a step; the result is kept when it is better in the mean, and on no scene that it is trained on clearly worse,
+   so that nothing is paid for by one scene. The step shrinks to its root when a round brings nothing. */
 #define NRD_IMPLEMENTATION
 #define NRD_VK_IMPLEMENTATION
 #include "nrd_vk.h"
@@ -14,6 +15,7 @@
 #include "report/method.h"
 #include "report/score.h"
 #include "report/sequence.h"
+#include "report/tuning.h"
 
 #include <math.h>
 #include <stdio.h>
@@ -22,29 +24,30 @@
 #include <sys/stat.h>
 
 static const char usage[] =
-    "usage: nrd-tune DENOISER OUT/ [options]\n"
-    "References are kept in OUT/cache.\n"
-    "  --train LIST       scenes to tune on, default interior,moving\n"
-    "  --test LIST        scenes left out, default colonnade,roughness_ramp\n"
+    "usage: nrd-tune DENOISER,... OUT/ [options]\n"
+    "References are kept in OUT/cache; nrd-report OUT/ shows what was found (OUT/tuning), before and after.\n"
+    "  --train LIST       scenes to tune on, default interior,moving,colonnade\n"
+    "  --test LIST        scenes left out, default roughness_ramp,thin\n"
     "  --set KEY=VALUE    starts from this value and keeps it; may be repeated\n"
     "  --only LIST        settings and constants to search, default: all numbers that are not 0\n"
-    "  --tries N          evaluations at most, default 200\n"
+    "  --tries N          evaluations at most for each denoiser, default 200\n"
     "  --step F           first factor, default 1.6\n"
-    "  --size WxH         default 160x90\n"
-    "  --frames M,R,L     in motion, at rest, after the light step; default 10,8,8\n"
+    "  --size WxH         default 240x135\n"
+    "  --frames M,R,L     in motion, at rest, after the light step; default 24,12,8\n"
     "  --paths P          per pixel and lobe, default 1\n"
     "  --ref SPP          samples per pixel of references, default 64\n"
     "  --device N         Vulkan device, default: the first\n";
 
-enum { MAX_SCENES = 8, MAX_KNOBS = 96, TERMS = 5 };
+enum { MAX_SCENES = 8, MAX_KNOBS = 96 };
 #define LEAST_STEP 1.08
 #define LEAST_GAIN 0.002  /* of the objective: less is within the noise of the references */
+#define MOST_LOSS 0.01    /* of a scene's own objective */
 #define LEAST_FLICKER 1e-4
 #define LEAST_ERROR 1e-4
+#define LEAST_BIAS 0.01
 
 /* A scene whose frames are kept. */
 typedef struct shot {
-    const scene_def *def;
     capture frames[REPORT_MAX_FRAMES];
     truth truths[SIGNAL_COUNT];
 } shot;
@@ -58,7 +61,7 @@ typedef struct knob {
 
 typedef struct tuner {
     report r;
-    nrd_denoiser denoiser;
+    nrd_denoiser denoiser; /* at work on this one */
     const char *train, *test, *only;
     double step;
     int tries, tried;
@@ -67,8 +70,12 @@ typedef struct tuner {
     shader_constants constants;
     knob knobs[MAX_KNOBS];
     int knob_count;
-    double weights[TERMS];
 } tuner;
+
+/* How good some values are on a list of scenes. */
+typedef struct verdict {
+    double objective, terms[TUNING_TERMS], scenes[MAX_SCENES]; /* scenes: the objective of each; 0: the denoiser cannot run there */
+} verdict;
 
 /* ---- scenes ---- */
 
@@ -77,7 +84,6 @@ static bool open_shot(tuner *t, const char *name, shot *s)
     const report_group group = { scene_find(name), t->r.options.sizes[0], t->r.options.paths[0] };
     sequence seq;
     memset(s, 0, sizeof *s);
-    s->def = group.scene;
     if (!group.scene)
         return report_fail(&t->r, "'%s' is no scene", name);
     bool ok = sequence_open(&seq, &t->r, &group, true);
@@ -135,6 +141,7 @@ static void add_terms(const score *s, const report_options *o, double *terms)
     terms[2] += log(mean_after_step(s, o) + LEAST_ERROR);
     terms[3] += log((motion->pixels ? motion->sum / (double)motion->pixels : 0) + LEAST_FLICKER);
     terms[4] += log((rest->pixels ? rest->sum / (double)rest->pixels : 0) + LEAST_FLICKER);
+    terms[5] += log(fabs(metrics_summarise(&s->motion).bias) + LEAST_BIAS);
 }
 
 static void make_method(const tuner *t, method *m)
@@ -172,8 +179,11 @@ static bool score_frame(tuner *t, shot *s, method *m, score *scores, int frame)
 static bool run_shot(tuner *t, shot *s, double *terms, int *signals)
 {
     static score scores[SIGNAL_COUNT];
+    char reason[REPORT_ERROR];
     method m;
     make_method(t, &m);
+    if (!method_fits(&m, &s->frames[0], reason, sizeof reason))
+        return true;
     for (int k = 0; k < SIGNAL_COUNT; k++) {
         score_start(&scores[k]);
         memset(&s->truths[k], 0, sizeof s->truths[k]);
@@ -194,23 +204,47 @@ static bool run_shot(tuner *t, shot *s, double *terms, int *signals)
     return ok;
 }
 
-/* The weighted geometric mean, and the means of the terms. */
-static bool evaluate(tuner *t, shot *shots, int count, double *terms, double *out)
+/* The weighted mean of logarithms. */
+static double objective_of(const double *terms, int signals)
 {
-    int signals = 0;
+    static const double weights[TUNING_TERMS] = { 3, 1, 1, 1, 1, 1 };
     double sum = 0, weight = 0;
-    memset(terms, 0, TERMS * sizeof *terms);
-    for (int i = 0; i < count; i++)
+    for (int i = 0; i < TUNING_TERMS; i++) {
+        sum += weights[i] * terms[i];
+        weight += weights[i];
+    }
+    return exp(sum / weight / signals);
+}
+
+static bool evaluate(tuner *t, shot *shots, int count, verdict *out)
+{
+    int all = 0;
+    memset(out, 0, sizeof *out);
+    for (int i = 0; i < count; i++) {
+        double terms[TUNING_TERMS] = { 0 };
+        int signals = 0;
         if (!run_shot(t, &shots[i], terms, &signals))
             return false;
-    for (int i = 0; i < TERMS; i++) {
-        terms[i] /= signals ? signals : 1;
-        sum += t->weights[i] * terms[i];
-        weight += t->weights[i];
-        terms[i] = exp(terms[i]);
+        if (signals)
+            out->scenes[i] = objective_of(terms, signals);
+        for (int k = 0; k < TUNING_TERMS; k++)
+            out->terms[k] += terms[k];
+        all += signals;
     }
-    *out = exp(sum / weight);
+    if (!all)
+        return report_fail(&t->r, "%s can run on none of the scenes", nrd_denoiser_name(t->denoiser));
+    out->objective = objective_of(out->terms, all);
+    for (int k = 0; k < TUNING_TERMS; k++)
+        out->terms[k] = exp(out->terms[k] / all);
     return true;
+}
+
+static bool is_better(const verdict *now, const verdict *best)
+{
+    for (int i = 0; i < MAX_SCENES; i++)
+        if (now->scenes[i] > best->scenes[i] * (1 + MOST_LOSS))
+            return false;
+    return now->objective < best->objective * (1 - LEAST_GAIN);
 }
 
 /* ---- knobs ---- */
@@ -270,28 +304,28 @@ static bool add_constants(tuner *t)
 /* ---- search ---- */
 
 /* Tries one value; keeps it when that is better. */
-static bool try_value(tuner *t, shot *shots, int count, knob *k, double value, double *best, bool *better)
+static bool try_value(tuner *t, shot *shots, int count, knob *k, double value, verdict *best, bool *better)
 {
-    double before = k->value, terms[TERMS], now;
+    double before = k->value;
+    verdict now;
     value = fmin(fmax(value, k->min), k->max);
     if (value == before || t->tried >= t->tries)
         return true;
     k->value = value;
     t->tried++;
-    if (!evaluate(t, shots, count, terms, &now))
+    if (!evaluate(t, shots, count, &now))
         return false;
-    *better = now < *best * (1 - LEAST_GAIN);
-    if (!*better) {
-        k->value = before;
-        return true;
-    }
-    *best = now;
-    printf("%4d  %.5f  %s %g\n", t->tried, now, k->name, value);
+    *better = is_better(&now, best);
+    printf("%4d  %.5f  %s %g%s\n", t->tried, now.objective, k->name, value, *better ? "  kept" : "");
     fflush(stdout);
+    if (*better)
+        *best = now;
+    else
+        k->value = before;
     return true;
 }
 
-static bool search(tuner *t, shot *shots, int count, double *best)
+static bool search(tuner *t, shot *shots, int count, verdict *best)
 {
     for (double step = t->step; step >= LEAST_STEP && t->tried < t->tries;) {
         bool any = false;
@@ -312,9 +346,12 @@ static bool search(tuner *t, shot *shots, int count, double *best)
 
 /* ---- the program ---- */
 
-static void print_terms(const char *what, double objective, const double *terms)
+static void print_verdict(const char *what, const verdict *v)
 {
-    printf("%-22s %9.5f %9.5f %9.5f %9.5f %9.5f %9.5f\n", what, objective, terms[0], terms[1], terms[2], terms[3], terms[4]);
+    printf("%-22s %9.5f", what, v->objective);
+    for (int i = 0; i < TUNING_TERMS; i++)
+        printf(" %9.5f", v->terms[i]);
+    printf("\n");
 }
 
 static void swap_values(tuner *t)
@@ -335,39 +372,90 @@ static void print_defaults(const tuner *t)
 }
 
 /* Before and after on scenes that the search has not seen. */
-static bool compare_left_out(tuner *t, shot *shots, int count)
+static bool compare_left_out(tuner *t, shot *shots, int count, verdict *before, verdict *after)
 {
-    double after[TERMS], before[TERMS], objective_after, objective_before;
-    if (!evaluate(t, shots, count, after, &objective_after))
+    if (!evaluate(t, shots, count, after))
         return false;
     swap_values(t);
-    bool ok = evaluate(t, shots, count, before, &objective_before);
+    bool ok = evaluate(t, shots, count, before);
     swap_values(t);
     if (!ok)
         return false;
-    print_terms("left out, before", objective_before, before);
-    print_terms("left out, after", objective_after, after);
-    printf("%-22s %9.3f %9.3f %9.3f %9.3f %9.3f %9.3f\n", "ratio", objective_after / objective_before, after[0] / before[0], after[1] / before[1],
-           after[2] / before[2], after[3] / before[3], after[4] / before[4]);
+    print_verdict("left out, before", before);
+    print_verdict("left out, after", after);
+    printf("%-22s %9.3f", "ratio", after->objective / before->objective);
+    for (int i = 0; i < TUNING_TERMS; i++)
+        printf(" %9.3f", after->terms[i] / before->terms[i]);
+    printf("\n");
     return true;
 }
 
-static bool tune(tuner *t, shot *train, shot *test, int *train_count, int *test_count)
+static void keep_values(tuning_result *out, const char *when, const char *where, const verdict *v)
 {
-    double terms[TERMS], best;
+    tuning_verdict *row = &out->verdicts[out->verdict_count++];
+    snprintf(row->when, sizeof row->when, "%s", when);
+    snprintf(row->scenes, sizeof row->scenes, "%s", where);
+    row->objective = v->objective;
+    memcpy(row->terms, v->terms, sizeof row->terms);
+}
+
+/* For the report. */
+static bool save(tuner *t, const verdict *verdicts)
+{
+    tuning_result out = { 0 };
+    snprintf(out.denoiser, sizeof out.denoiser, "%s", nrd_denoiser_name(t->denoiser));
+    out.searched = t->knob_count;
+    out.tried = t->tried;
+    keep_values(&out, "before", t->train, &verdicts[0]);
+    keep_values(&out, "after", t->train, &verdicts[1]);
+    keep_values(&out, "before", t->test, &verdicts[2]);
+    keep_values(&out, "after", t->test, &verdicts[3]);
+    for (int i = 0; i < t->knob_count && out.change_count < TUNING_MAX_CHANGES; i++)
+        if (t->knobs[i].value != t->knobs[i].first) {
+            tuning_change *c = &out.changes[out.change_count++];
+            snprintf(c->name, sizeof c->name, "%s", t->knobs[i].name);
+            c->before = t->knobs[i].first;
+            c->after = t->knobs[i].value;
+        }
+    return tuning_save(&t->r, &out);
+}
+
+static bool tune(tuner *t, shot *train, int train_count, shot *test, int test_count)
+{
+    verdict verdicts[4], best; /* trained on and left out, before and after each */
+    t->knob_count = t->tried = 0;
+    memset(&t->constants, 0, sizeof t->constants);
     add_settings(t);
-    if (!add_constants(t) || !open_shots(t, t->train, train, train_count) || !open_shots(t, t->test, test, test_count)
-        || !evaluate(t, train, *train_count, terms, &best))
+    if (!add_constants(t) || !evaluate(t, train, train_count, &best))
         return false;
-    printf("%s, %d values to search\n%-22s %9s %9s %9s %9s %9s %9s\n", nrd_denoiser_name(t->denoiser), t->knob_count, "", "objective", "motion", "rest", "step",
-           "flicker", "at rest");
-    print_terms("trained on, before", best, terms);
-    if (!search(t, train, *train_count, &best) || !evaluate(t, train, *train_count, terms, &best))
+    verdicts[0] = best;
+    printf("%s, %d values to search\n%-22s %9s %9s %9s %9s %9s %9s %9s\n", nrd_denoiser_name(t->denoiser), t->knob_count, "", "objective", "motion", "rest",
+           "step", "flicker", "at rest", "bias");
+    print_verdict("trained on, before", &best);
+    fflush(stdout);
+    if (!search(t, train, train_count, &best) || !evaluate(t, train, train_count, &verdicts[1]))
         return false;
-    print_terms("trained on, after", best, terms);
-    if (!compare_left_out(t, test, *test_count))
+    print_verdict("trained on, after", &verdicts[1]);
+    if (!compare_left_out(t, test, test_count, &verdicts[2], &verdicts[3]) || !save(t, verdicts))
         return false;
     print_defaults(t);
+    swap_values(t); /* denoisers share shaders: the next one starts from what is shipped */
+    for (int i = 0; i < t->knob_count; i++)
+        if (t->knobs[i].constant)
+            constants_set(t->knobs[i].constant, (float)t->knobs[i].value);
+    return true;
+}
+
+static bool tune_all(tuner *t, shot *train, shot *test)
+{
+    int train_count, test_count;
+    if (!open_shots(t, t->train, train, &train_count) || !open_shots(t, t->test, test, &test_count))
+        return false;
+    for (uint32_t i = 0; i < t->r.options.denoiser_count; i++) {
+        t->denoiser = t->r.options.denoisers[i];
+        if (!tune(t, train, train_count, test, test_count))
+            return false;
+    }
     return true;
 }
 
@@ -380,7 +468,7 @@ static bool take_option(tuner *t, const char *name, const char *value)
     if (!strcmp(name, "--test")) return t->test = value, true;
     if (!strcmp(name, "--only")) return t->only = value, true;
     if (!strcmp(name, "--set") && t->fixed_count < REPORT_MAX_SETTINGS)
-        return setting_parse(value, &t->denoiser, 1, &t->fixed[t->fixed_count++], t->r.error, sizeof t->r.error);
+        return setting_parse(value, o->denoisers, o->denoiser_count, &t->fixed[t->fixed_count++], t->r.error, sizeof t->r.error);
     if (!strcmp(name, "--tries") && cli_integer(value, 0, 100000, &number)) return t->tries = (int)number, true;
     if (!strcmp(name, "--step") && cli_number(value, &t->step) && t->step > 1 && t->step <= 10) return true;
     if (!strcmp(name, "--ref") && cli_integer(value, 2, 1 << 20, &number)) return o->samples = (int)number / 2 * 2, true;
@@ -395,20 +483,34 @@ static bool take_option(tuner *t, const char *name, const char *value)
     return report_fail(&t->r, "%s %s: not an option, or out of its range; --help lists them", name, value);
 }
 
+static bool take_denoisers(tuner *t, const char *list)
+{
+    report_options *o = &t->r.options;
+    char copy[512];
+    snprintf(copy, sizeof copy, "%s", list);
+    for (char *name = copy, *next; name; name = next) {
+        next = strchr(name, ',');
+        if (next)
+            *next++ = 0;
+        if (o->denoiser_count == NRD_DENOISER_COUNT || nrd_find_denoiser(name, &o->denoisers[o->denoiser_count]))
+            return report_fail(&t->r, "'%s' is no denoiser, or one is named twice", name);
+        o->denoiser_count++;
+    }
+    return true;
+}
+
 static bool parse(tuner *t, int argc, char **argv)
 {
-    static const double weights[TERMS] = { 3, 1, 1, 1, 1 };
     report_options *o = &t->r.options;
-    *o = (report_options){ .size_count = 1, .sizes = { { 160, 90 } }, .path_count = 1, .paths = { 1 }, .moving = 10, .still = 8, .stepped = 8, .pairs = 1, .samples = 64 };
-    memcpy(t->weights, weights, sizeof weights);
-    t->train = "interior,moving";
-    t->test = "colonnade,roughness_ramp";
+    *o = (report_options){ .size_count = 1, .sizes = { { 240, 135 } }, .path_count = 1, .paths = { 1 }, .moving = 24, .still = 12, .stepped = 8, .pairs = 2, .samples = 64 };
+    t->train = "interior,moving,colonnade";
+    t->test = "roughness_ramp,thin";
     t->tries = 200;
     t->step = 1.6;
     if (argc < 3)
         return report_fail(&t->r, "a denoiser and a folder are needed; --help lists options");
-    if (nrd_find_denoiser(argv[1], &t->denoiser))
-        return report_fail(&t->r, "'%s' is no denoiser", argv[1]);
+    if (!take_denoisers(t, argv[1]))
+        return false;
     o->folder = argv[2];
     for (int i = 3; i < argc; i += 2)
         if (!take_option(t, argv[i], i + 1 < argc ? argv[i + 1] : ""))
@@ -421,10 +523,9 @@ int main(int argc, char **argv)
 {
     static tuner t;
     static shot train[MAX_SCENES], test[MAX_SCENES];
-    int train_count = 0, test_count = 0;
     if (argc == 2 && (!strcmp(argv[1], "--help") || !strcmp(argv[1], "-h"))) return fputs(usage, stdout), 0;
     if (!parse(&t, argc, argv)) return cli_fail("nrd-tune", "%s", t.r.error), 2;
-    bool ok = tune(&t, train, test, &train_count, &test_count);
+    bool ok = tune_all(&t, train, test);
     for (int i = 0; i < MAX_SCENES; i++) {
         close_shot(&train[i]);
         close_shot(&test[i]);

@@ -2,11 +2,15 @@
    the environment variable NRD_BUILD names (build). */
 #define _XOPEN_SOURCE 700
 #define _DEFAULT_SOURCE
+#define NRD_IMPLEMENTATION
+#include "nrd.h"
+
 #include "browser.h"
 #include "common/gpu.h"
 #include "report/copier.h"
 #include "report/parallel.h"
 #include "report/statistics.h"
+#include "report/tuning.h"
 
 #include <png.h>
 #include <math.h>
@@ -245,6 +249,24 @@ static void expect(browser *b, const char *expression, const char *expected)
         fail_msg("%s: '%s', expected '%s'", expression, value, expected);
 }
 
+/* A tuning whose values are kept in the report's folder is shown, before and after. */
+static void what_was_tuned_is_shown(void **state)
+{
+    static report r;
+    static tuning_result t = { "reblur_diffuse", 9, 40, { { "before", "moving", 0.5, { 1, 2, 3, 4, 5, 6 } }, { "after", "moving", 0.25, { 1, 2, 3, 4, 5, 6 } } }, 2,
+                               { { "max_blur_radius", 15, 12 } }, 1 };
+    char out[160];
+    (void)state;
+    snprintf(out, sizeof out, "%s/out", folder);
+    r.options.folder = out;
+    assert_true(tuning_save(&r, &t));
+    assert_int_equal(run_tiny(""), 0);
+    assert_int_equal(count(load("errors"), "rows in"), 0);
+    assert_non_null(strstr(load("output"), "max_blur_radius: 15 -> 12"));
+    assert_non_null(strstr(load("out/report.json"), "\"changes\":[{\"name\":\"max_blur_radius\",\"before\":15,\"after\":12}]"));
+    assert_non_null(strstr(load("out/report.html"), "\"max_blur_radius\""));
+}
+
 /* Everything is drawn; pointing at a mark shows its row, clicking it marks it, another click selects another error. */
 static void the_page_works_in_a_browser(void **state)
 {
@@ -266,6 +288,7 @@ static void the_page_works_in_a_browser(void **state)
     expect(&b, "String(document.querySelectorAll('#passes .bar').length)", "3");
     expect(&b, "String(document.querySelectorAll('#curves polyline').length >= 5)", "true");
     expect(&b, "String([...document.images].filter(i => i.naturalWidth == 96).length)", "8");
+    expect(&b, "String(document.querySelectorAll('#tunings tbody tr').length)", "2");
     expect(&b, "String(document.querySelectorAll('#memory tbody tr').length)", "3");
     browser_evaluate(&b, "(() => { const m = document.querySelector('circle.mark').getBoundingClientRect();"
                          " return (m.left + m.width / 2) + ' ' + (m.top + m.height / 2); })()", place, sizeof place);
@@ -398,6 +421,7 @@ int main(void)
         cmocka_unit_test(every_method_and_baseline_is_a_row),
         cmocka_unit_test(numbers_are_plausible),
         cmocka_unit_test(a_second_run_measures_nothing_again),
+        cmocka_unit_test(what_was_tuned_is_shown),
         cmocka_unit_test(half_written_and_other_groups_are_measured_again),
         cmocka_unit_test(misuse_is_named),
         cmocka_unit_test(the_page_needs_no_network),

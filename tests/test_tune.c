@@ -2,8 +2,12 @@
    NRD_BUILD names (build). */
 #define _XOPEN_SOURCE 700
 #define _DEFAULT_SOURCE
+#define NRD_IMPLEMENTATION
+#include "nrd.h"
+
 #include "common/gpu.h"
 #include "report/constants.h"
+#include "report/tuning.h"
 
 #include <math.h>
 #include <setjmp.h>
@@ -80,6 +84,30 @@ static float number_after(const char *words)
     return number;
 }
 
+/* What the report shows is what was printed, and nothing when the file is cut off. */
+static void found_is_kept(const char *folder)
+{
+    static report r;
+    char path[256];
+    tuning_result t;
+    r.options.folder = folder;
+    assert_true(tuning_load(&r, "reblur_diffuse", &t));
+    assert_true(t.searched == 2 && t.tried == 3 && t.verdict_count == 4 && t.change_count <= 2);
+    assert_true(fabs(t.verdicts[0].objective - number_after("trained on, before")) < 1e-5);
+    assert_true(fabs(t.verdicts[3].objective - number_after("left out, after")) < 1e-5);
+    assert_string_equal(t.verdicts[2].scenes, "interior");
+    assert_true(t.verdicts[1].terms[0] > 0 && t.verdicts[1].terms[5] >= 0.01);
+    for (int i = 0; i < t.change_count; i++)
+        assert_true(t.changes[i].before != t.changes[i].after);
+    assert_false(tuning_load(&r, "sigma_shadow", &t));
+    snprintf(path, sizeof path, "%s/tuning/reblur_diffuse.txt", folder);
+    FILE *file = fopen(path, "r+");
+    assert_non_null(file);
+    assert_int_equal(ftruncate(fileno(file), 200), 0);
+    fclose(file);
+    assert_false(tuning_load(&r, "reblur_diffuse", &t));
+}
+
 static void a_search_never_ends_worse_on_what_it_trains_on(void **state)
 {
     char folder[] = "/tmp/nrd-test-tune-XXXXXX", arguments[512];
@@ -98,12 +126,13 @@ static void a_search_never_ends_worse_on_what_it_trains_on(void **state)
     snprintf(arguments, sizeof arguments, "reblur_diffuse %s %s --only max_accumulated_frames,HEAD_START --step 4 --tries 3", folder, common);
     assert_int_equal(tune(arguments), 0);
     assert_non_null(strstr(output, "2 values to search"));
+    found_is_kept(folder);
     before = number_after("trained on, before");
     after = number_after("trained on, after");
     ratio = number_after("left out, after") / number_after("left out, before");
     assert_true(after > 0 && after <= before);
     assert_true(fabsf(number_after("\nratio") / ratio - 1) < 0.01f);
-    snprintf(arguments, sizeof arguments, "reference %s %s --tries 1", folder, common);
+    snprintf(arguments, sizeof arguments, "reference %s %s --tries 1 --size 32x18", folder, common);
     assert_int_equal(tune(arguments), 0);
     assert_non_null(strstr(output, "0 values to search"));
     snprintf(arguments, sizeof arguments, "rm -rf %s", folder);
@@ -115,6 +144,9 @@ static void misuse_is_named(void **state)
     (void)state;
     assert_int_not_equal(tune("nothing /tmp/x"), 0);
     assert_non_null(strstr(output, "'nothing' is no denoiser"));
+    assert_int_not_equal(tune("sigma_shadow /tmp/nrd-test-tune-none --train interior --test interior --size 16x16 --ref 2 --frames 2,2,1"), 0);
+    assert_non_null(strstr(output, "sigma_shadow can run on none of the scenes"));
+    assert_int_equal(system("rm -rf /tmp/nrd-test-tune-none"), 0);
     assert_int_not_equal(tune("reblur_diffuse /tmp/x --step 0.5"), 0);
     assert_non_null(strstr(output, "--step 0.5: not an option, or out of its range"));
     assert_int_not_equal(tune("reblur_diffuse /tmp/x --set max_blur_radius=99"), 0);

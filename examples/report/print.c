@@ -1,4 +1,5 @@
 #include "report/output.h"
+#include "report/tuning.h"
 
 #include <math.h>
 #include <stdio.h>
@@ -51,6 +52,7 @@ void print_table(const report *r)
             print_number(row->values[shown[k]], 9, 3);
         printf("\n");
     }
+    tuning_print(r);
 }
 
 /* ---- files ---- */
@@ -175,7 +177,9 @@ void output_json(const report *r, FILE *file)
         fprintf(file, i ? ",\n" : "\n");
         put_row(file, &r->rows.rows[i]);
     }
-    fprintf(file, "]}\n");
+    fprintf(file, "],\"tunings\":");
+    tuning_json(r, file);
+    fprintf(file, "}\n");
 }
 
 bool print_json(report *r)

@@ -1,7 +1,8 @@
 /* report.h: what nrd-report measures: rows of numbers, one per scene, size, paths per pixel, method and signal.
 
    The files beside this one: sequence.c renders, method.c denoises and times, baseline.c is what denoisers compete with,
-   score.c compares, rows.c keeps what is done, print.c and page.c show it (output.h). None of them knows a denoiser by name. */
+   score.c compares, rows.c keeps what is done, print.c and page.c show it (output.h),
+   tuning.c what nrd-tune has found. None of them knows a denoiser by name. */
 #ifndef EXAMPLES_REPORT_REPORT_H
 #define EXAMPLES_REPORT_REPORT_H
 
