@@ -26,7 +26,7 @@ static const char usage[] =
     "Writes report.html, report.csv and report.json to OUT/, a table to stdout. Groups that are measured already are kept:\n"
     "an interrupted run goes on where it stopped.\n"
     "  --quick            two scenes, one path per pixel, few frames, small pictures: minutes\n"
-    "  --scenes LIST      default: all but the one that needs a mesh\n"
+    "  --scenes LIST      default: all but the one that needs a mesh; on those made for shadows shadows alone\n"
     "  --denoisers LIST   default: all\n"
     "  --presets LIST     default: all\n"
     "  --variant NAME:KEY=VALUE,...  settings to measure beside the presets; up to 8\n"
@@ -195,7 +195,7 @@ static bool set_defaults(report *r, bool quick)
     if (ok && !o->scene_count && quick)
         ok = each_word(r, "interior,moving", take_scene);
     for (int i = 0; i < scene_table_count && ok && all_scenes; i++)
-        if (strcmp(scene_table[i].name, "model") != 0 && !scene_table[i].for_shadows)
+        if (strcmp(scene_table[i].name, "model") != 0)
             ok = take_scene(r, scene_table[i].name);
     for (int i = 0; ok && !o->denoiser_count && i < NRD_DENOISER_COUNT; i++)
         o->denoisers[i] = (nrd_denoiser)i;
@@ -278,15 +278,24 @@ static bool measure_group(report *r, const report_group *group, int done, int to
     return true;
 }
 
+/* Shadows have one ray per pixel, whatever the number of paths. */
+static bool paths_matter(const report_options *o, int scene, int paths)
+{
+    return !o->scenes[scene]->for_shadows || o->paths[paths] == report_usual_paths(o);
+}
+
 static bool measure_all(report *r)
 {
     const report_options *o = &r->options;
-    int done = 0, total = o->scene_count * o->size_count * o->path_count;
+    int done = 0, total = 0;
+    for (int s = 0; s < o->scene_count; s++)
+        for (int p = 0; p < o->path_count; p++)
+            total += paths_matter(o, s, p) ? o->size_count : 0;
     for (int s = 0; s < o->scene_count; s++)
         for (int z = 0; z < o->size_count; z++)
             for (int p = 0; p < o->path_count; p++) {
                 const report_group group = { o->scenes[s], o->sizes[z], o->paths[p] };
-                if (!measure_group(r, &group, done++, total))
+                if (paths_matter(o, s, p) && !measure_group(r, &group, done++, total))
                     return false;
             }
     return true;

@@ -166,6 +166,43 @@ static void half_written_and_other_groups_are_measured_again(void **state)
     assert_int_equal(run_tiny(""), 0);
 }
 
+/* The value of a column in the row of a denoiser, or of the noisy input of a signal. */
+static double cell_of(const char *scene, const char *paths, const char *row, const char *column)
+{
+    char key[256];
+    snprintf(key, sizeof key, "%s,64,36,64,36,%s,%s", scene, paths, row);
+    return cell(key, column);
+}
+
+static void check_signal(const char *scene, const char *paths, const char *denoiser, const char *signal)
+{
+    char noisy[128], denoised[128];
+    snprintf(noisy, sizeof noisy, "noisy,,,%s,", signal);
+    snprintf(denoised, sizeof denoised, "denoiser,%s,balanced,%s,", denoiser, signal);
+    double before = cell_of(scene, paths, noisy, "motion_trimmed"), after = cell_of(scene, paths, denoised, "motion_trimmed");
+    if (!(after > 0 && after < 0.7 * before))
+        fail_msg("%s, %s paths: %s %g, noisy %g", scene, paths, denoiser, after, before);
+    if (!(fabs(cell_of(scene, paths, noisy, "motion_bias")) < 0.06 && fabs(cell_of(scene, paths, denoised, "motion_bias")) < 0.06))
+        fail_msg("%s, %s paths: bias of %s", scene, paths, denoiser);
+}
+
+/* Occlusion is scored as the denoisers' own settings normalise it, with and without paths left out; coloured shadows where there is
+   glass, and there nothing but shadows. */
+static void occlusion_and_coloured_shadows_are_scored(void **state)
+{
+    char arguments[512];
+    (void)state;
+    snprintf(arguments, sizeof arguments, "%s/out --scenes interior,glass --denoisers reblur_diffuse_occlusion,reblur_specular_occlusion,sigma_shadow_translucency"
+             " --presets balanced --paths 0.5,2 --sizes 64x36 --ref 32 --frames 6,2,0 --pairs 1 --repeats 1", folder);
+    assert_int_equal(run(arguments), 0);
+    check_signal("interior", "0.5", "reblur_diffuse_occlusion", "ao");
+    check_signal("interior", "0.5", "reblur_specular_occlusion", "specular_ao");
+    check_signal("glass", "0.5", "sigma_shadow_translucency", "translucency");
+    assert_int_equal(count(load("out/report.csv"), "\",glass,"), 4);
+    assert_int_equal(count(text, ",64,36,2,"), 0); /* several paths have no mean occlusion in a capture */
+    assert_int_equal(run_tiny(""), 0);
+}
+
 static void misuse_is_named(void **state)
 {
     static const struct { const char *arguments, *message; } cases[] = {
@@ -423,6 +460,7 @@ int main(void)
         cmocka_unit_test(a_second_run_measures_nothing_again),
         cmocka_unit_test(what_was_tuned_is_shown),
         cmocka_unit_test(half_written_and_other_groups_are_measured_again),
+        cmocka_unit_test(occlusion_and_coloured_shadows_are_scored),
         cmocka_unit_test(misuse_is_named),
         cmocka_unit_test(the_page_needs_no_network),
         cmocka_unit_test(the_page_works_in_a_browser),

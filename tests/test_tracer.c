@@ -246,22 +246,32 @@ static void the_textures_for_the_denoisers_hold_the_frame(void **state)
 
 /* ---- estimators ---- */
 
-/* What a noisy frame says, on average over the image, of the four signals that references hold. */
-static void frame_means(const shot *s, double means[4])
+enum { MEANS = 5 };
+
+/* Normalised as the references of the frame are. */
+static float openness(const shot *s, uint32_t plane_index, float roughness, int i)
 {
-    memset(means, 0, 4 * sizeof *means);
+    const float *p = (const float *)&s->posed.frame.occlusion;
+    return pack_normalize_hit_dist(plane(s, plane_index)[i], plane(s, PT_PLANE_VIEW_Z)[i], roughness, p);
+}
+
+/* What a noisy frame says, on average over the image, of the signals that references hold. */
+static void frame_means(const shot *s, double means[MEANS])
+{
+    memset(means, 0, MEANS * sizeof *means);
     for (int i = 0; i < TEXELS; i++) {
         means[0] += plane(s, PT_PLANE_DIFFUSE)[i] / TEXELS;
         means[1] += plane(s, PT_PLANE_SPECULAR)[i] / TEXELS;
         means[2] += plane(s, PT_PLANE_SHADOW_HIT)[i] >= 65504.0f ? 1.0 / TEXELS : 0.0;
-        means[3] += fmin(plane(s, PT_PLANE_DIFFUSE_HIT)[i] / 3.0, 1.0) / TEXELS;
+        means[3] += openness(s, PT_PLANE_DIFFUSE_HIT, 1.0f, i) / TEXELS;
+        means[4] += openness(s, PT_PLANE_SPECULAR_HIT, plane(s, PT_PLANE_ROUGHNESS)[i], i) / TEXELS;
     }
 }
 
 static void noisy_frames_average_to_the_reference(void **state)
 {
     (void)state;
-    static const uint32_t planes[4] = { PT_REF_DIFFUSE, PT_REF_SPECULAR, PT_REF_SHADOW, PT_REF_AO };
+    static const uint32_t planes[MEANS] = { PT_REF_DIFFUSE, PT_REF_SPECULAR, PT_REF_SHADOW, PT_REF_AO, PT_REF_SPECULAR_AO };
     enum { FRAMES = 48 };
     tracer t;
     shot s;
@@ -269,17 +279,18 @@ static void noisy_frames_average_to_the_reference(void **state)
     open_embree(&t, 2);
     open_shot(&s, scene_find("model"));
     pose(&s, 0);
+    s.posed.frame.occlusion = s.posed.frame.hit_dist_params;
     accumulate_mean(&t, &s, 256, reference);
     for (uint32_t mis = 0; mis < 2; mis++) {
-        double sum[4] = { 0 }, square[4] = { 0 }, means[4];
+        double sum[MEANS] = { 0 }, square[MEANS] = { 0 }, means[MEANS];
         for (uint32_t f = 0; f < FRAMES; f++) {
             s.posed.frame.direct_mis = mis;
             s.posed.frame.seed = f;
             load_and_render(&s, &t);
             frame_means(&s, means);
-            for (int k = 0; k < 4; k++) sum[k] += means[k] / FRAMES, square[k] += means[k] * means[k] / FRAMES;
+            for (int k = 0; k < MEANS; k++) sum[k] += means[k] / FRAMES, square[k] += means[k] * means[k] / FRAMES;
         }
-        for (int k = 0; k < 4; k++) {
+        for (int k = 0; k < MEANS; k++) {
             double deviation = sqrt(fmax(square[k] - sum[k] * sum[k], 0.0) / FRAMES), want = reference[planes[k]];
             if (fabs(sum[k] - want) > 4.5 * deviation + 0.004 * want)
                 fail_msg("signal %d, mis %u: mean %g +- %g, reference %g", k, mis, sum[k], deviation, want);

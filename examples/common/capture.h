@@ -72,6 +72,8 @@ typedef struct capture {
     float lamp_position[3];       /* world space: shadow.* is that of a round lamp, not of a sun */
     float lamp_radius;            /* world units; 0 when absent */
     float metres_per_unit;        /* 1 when absent */
+    float occlusion[4];           /* A, B, C, D of nrd_normalize_hit_dist(), world units: what makes occlusion of hit distances; all 0: 3
+                                     metres everywhere, as in files, which do not hold it */
     int cut;                      /* 1: the frame starts a new shot; 0 when absent */
     capture_plane *planes;
     uint32_t plane_count;

@@ -758,7 +758,7 @@ static bool add_planes(capture *out, const char *prefix, const image *m)
     return true;
 }
 
-/* Whether normalised hit distances are the occlusion of the capture format: normalised by 3 metres at every depth and roughness. */
+/* Whether the denoiser's normalised hit distances are the frame's occlusion: have the same parameters, as far as these matter. */
 static bool is_ambient_occlusion(const denoise *d, const output_row *row, const frame_view *view)
 {
     settings_block settings;
@@ -767,9 +767,12 @@ static bool is_ambient_occlusion(const denoise *d, const output_row *row, const 
         resolve_settings(&d->desc, d->desc.denoisers[i], view->frame, &settings);
         settings_get(d->desc.denoisers[i], &settings, "return_history_length_instead_of_occlusion", &history_length);
     }
-    float metres = view->hit_distance[0] * view->frame->metres_per_unit;
-    bool by_roughness = row->signal == SIGNAL_SPECULAR_AO && view->hit_distance[2] != 1;
-    return fabsf(metres - 3.0f) < 1e-4f && view->hit_distance[1] == 0 && !by_roughness && history_length == 0;
+    float wanted[4];
+    const float *has = view->hit_distance;
+    signal_occlusion(view->frame, wanted);
+    bool by_roughness = row->signal == SIGNAL_SPECULAR_AO && (has[2] != 1 || wanted[2] != 1);
+    bool same_growth = !by_roughness || (has[2] == wanted[2] && has[3] == wanted[3]);
+    return fabsf(has[0] - wanted[0]) < 1e-4f * wanted[0] && has[1] == wanted[1] && same_growth && history_length == 0;
 }
 
 /* Puts the second texel of every pixel, downloaded behind the first ones, beside its first. */

@@ -52,7 +52,7 @@ denoise *denoise_create(const denoise_desc *desc, const capture *frame, char *er
 /* Denoises the next frame. `index` grows by 1 from frame to frame; history restarts at the first frame and where the
    frame's `cut` is set. `out` gets the frame's attributes and the planes of what was denoised, denoised.final where the
    composition channels are there (signals that were not denoised enter noisy), and denoised.diffuse.ao where the hit
-   distance was normalised by A = 3 metres, B = 0 (otherwise occlusion denoisers write denoised.diffuse.hitDist). In pixels of the sky the noisy values are passed on. */
+   distance was normalised as the frame's occlusion is, in files by A = 3 metres, B = 0 (otherwise occlusion denoisers write denoised.diffuse.hitDist). In pixels of the sky the noisy values are passed on. */
 bool denoise_frame(denoise *d, const capture *frame, const char *path, uint32_t index, capture *out, char *error, size_t error_size);
 
 /* Adds what the input checker says of the last frame given to denoise_frame or denoise_look to `counters` (NRD_COUNTER_COUNT), for

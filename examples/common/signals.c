@@ -1,6 +1,7 @@
 #include "common/signals.h"
 
 #include "common/half.h"
+#include "common/pack.h"
 
 #include <math.h>
 #include <stdio.h>
@@ -66,11 +67,25 @@ static bool copy_planes(const capture *frame, const char *prefix, int channels, 
     return true;
 }
 
-static void occlusion_from_distance(image *m, signal_id signal, float metres_per_unit)
+void signal_occlusion(const capture *frame, float out[4])
 {
-    float *v = m->planes[0];
+    const float format[4] = { AO_METRES / frame->metres_per_unit, 0, 1, 0 };
+    memcpy(out, frame->occlusion[0] > 0 ? frame->occlusion : format, sizeof format);
+}
+
+static void visibility_from_distance(image *m)
+{
     for (size_t i = 0; i < image_pixels(m); i++)
-        v[i] = signal == SIGNAL_SHADOW ? (v[i] >= HALF_MAX ? 1.0f : 0.0f) : fminf(v[i] * metres_per_unit / AO_METRES, 1.0f);
+        m->planes[0][i] = m->planes[0][i] >= HALF_MAX ? 1.0f : 0.0f;
+}
+
+static void occlusion_from_distance(image *m, const capture *frame, signal_id signal)
+{
+    const float *z = capture_find_plane(frame, "viewZ"), *roughness = signal == SIGNAL_SPECULAR_AO ? capture_find_plane(frame, "roughness") : NULL;
+    float *v = m->planes[0], parameters[4];
+    signal_occlusion(frame, parameters);
+    for (size_t i = 0; i < image_pixels(m); i++)
+        v[i] = pack_normalize_hit_dist(v[i], z ? z[i] : 0.0f, roughness ? roughness[i] : 1.0f, parameters);
 }
 
 static void compose_channel(const capture *frame, int k, const image *diffuse, const image *specular, const image *shadow,
@@ -138,7 +153,7 @@ bool signal_get(const capture *frame, const capture *denoised, signal_id signal,
         return false;
     if (prefix && copy_planes(from, prefix, table[signal].channels, out)) {
         if (source == SOURCE_NOISY && table[signal].channels == 1)
-            occlusion_from_distance(out, signal, frame->metres_per_unit);
+            signal == SIGNAL_SHADOW ? visibility_from_distance(out) : occlusion_from_distance(out, frame, signal);
         return true;
     }
     return signal == SIGNAL_FINAL && compose_from(frame, denoised, source, out);

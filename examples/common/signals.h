@@ -2,7 +2,8 @@
 
    final = diffuse * diffuseFactor + specular * specularFactor + sun * shadow + emission
    A noisy shadow is 1 where the ray reached the light (hitT >= 65504), else 0. Noisy ambient occlusion is
-   saturate(hitT / 3 m) of the diffuse ray, specular occlusion that of the specular ray. Translucency is the shadow through
+   saturate(hitT / 3 m) of the diffuse ray, specular occlusion that of the specular ray; or nrd_normalize_hit_dist() with other
+   parameters where capture.occlusion holds such. Translucency is the shadow through
    coloured glass; where it is stored, it takes the place of shadow in final. */
 #ifndef EXAMPLES_SIGNALS_H
 #define EXAMPLES_SIGNALS_H
@@ -63,6 +64,9 @@ bool signal_is_colored(const capture *frame);
 
 /* True for signals within [0,1], which are scored as they are. */
 bool signal_is_unit(signal_id signal);
+
+/* The parameters with which hit distances of the frame become occlusion: A, B, C, D of nrd_normalize_hit_dist(), world units. */
+void signal_occlusion(const capture *frame, float out[4]);
 
 /* True when the frame stores a reference of any signal. */
 bool signal_has_reference(const capture *frame);

@@ -56,12 +56,21 @@ static bool open_method(measurement *m, const method *described, signal_id signa
     return method_open(m->r, added, &m->first);
 }
 
+/* What the scene, and the number of paths, say something about. */
+static bool is_wanted(const measurement *m, const method *described)
+{
+    const report_group *group = &m->seq.group;
+    if (group->scene->for_shadows && !method_takes_any_signal(described, &m->first))
+        return method_takes_shadows(described, &m->first);
+    return group->paths <= 1 || !method_takes_one_path(described, &m->first);
+}
+
 /* Those that average any signal do so for all that others write, once these are known. */
 static bool open_described(measurement *m, const method *described, bool any_signal_round)
 {
     bool any = method_takes_any_signal(described, &m->first), nothing_wanted = true;
     char reason[REPORT_ERROR];
-    if (any != any_signal_round)
+    if (any != any_signal_round || !is_wanted(m, described))
         return true;
     if (!method_fits(described, &m->first, reason, sizeof reason)) {
         if (described->is_default)
@@ -141,7 +150,7 @@ static track *add_track(measurement *m, track_kind kind, int method, signal_id s
     t->kind = kind;
     t->method = method;
     t->signal = signal;
-    t->paths = m->seq.group.paths;
+    t->paths = signal == SIGNAL_SHADOW || signal == SIGNAL_TRANSLUCENCY ? 1 : m->seq.group.paths; /* shadows: one ray per pixel */
     score_start(&t->score);
     return t;
 }
@@ -156,7 +165,7 @@ static bool add_rivals(measurement *m, int method, signal_id signal, int radius,
     spatial->radius = radius;
     spatial->ms = filter_ms;
     paths->ms = ms;
-    paths->paths = fmin(m->seq.group.paths + ms / m->path_ms, MAX_EXTRA);
+    paths->paths = fmin(paths->paths + ms / m->path_ms, MAX_EXTRA);
     return true;
 }
 
@@ -166,8 +175,8 @@ static bool add_method_tracks(measurement *m, int index)
     bool rivals = method->is_default && !method_takes_any_signal(method, &m->first);
     int radius = 1, signals = 0;
     double filter_ms = 0;
-    for (int s = 0; s < SIGNAL_FINAL; s++)
-        signals += method->writes[s];
+    for (int s = 0; s < SIGNAL_COUNT; s++)
+        signals += s != SIGNAL_FINAL && method->writes[s];
     /* the time of a denoiser of several signals is for all of them */
     if (rivals && !baseline_radius_for(&m->rival, method->ms / (signals ? signals : 1), &radius, &filter_ms))
         return report_fail(m->r, "%s", gpu_error(m->rival.g));
@@ -212,9 +221,15 @@ static bool take_denoised(measurement *m, int index, bool crops)
     return ok;
 }
 
+/* Below one path per pixel the others hold no occlusion, and those that hold some count for them, as in radiance. */
 static bool take_noisy(measurement *m, signal_id signal, image *out)
 {
-    return signal_get(&m->now, NULL, signal, SOURCE_NOISY, out) || report_fail(m->r, "out of memory");
+    if (!signal_get(&m->now, NULL, signal, SOURCE_NOISY, out))
+        return report_fail(m->r, "out of memory");
+    bool thin = m->seq.group.paths < 1 && (signal == SIGNAL_AO || signal == SIGNAL_SPECULAR_AO);
+    for (size_t i = 0; thin && i < image_pixels(out); i++)
+        out->planes[0][i] /= (float)m->seq.group.paths;
+    return true;
 }
 
 static bool take_filtered(measurement *m, signal_id signal, int radius, image *out)

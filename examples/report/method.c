@@ -79,15 +79,31 @@ static void fill_desc(method *m, int device)
     m->desc.device_index = device;
 }
 
-bool method_takes_any_signal(const method *m, const capture *first)
+static bool takes(const method *m, const capture *first, nrd_resource resource)
 {
     method copy = *m;
     denoise_sink sink = { NULL, 0 };
     fill_desc(&copy, 0);
     nrd *instance = denoise_make_instance(&copy.desc, first, &sink);
-    bool takes = instance && nrd_uses_resource(instance, NRD_RESOURCE_IN_SIGNAL);
+    bool takes = instance && nrd_uses_resource(instance, resource);
     nrd_destroy(instance);
     return takes;
+}
+
+bool method_takes_any_signal(const method *m, const capture *first)
+{
+    return takes(m, first, NRD_RESOURCE_IN_SIGNAL);
+}
+
+bool method_takes_shadows(const method *m, const capture *first)
+{
+    return takes(m, first, NRD_RESOURCE_IN_PENUMBRA);
+}
+
+bool method_takes_one_path(const method *m, const capture *first)
+{
+    return takes(m, first, NRD_RESOURCE_IN_DIFF_HITDIST) || takes(m, first, NRD_RESOURCE_IN_SPEC_HITDIST)
+        || takes(m, first, NRD_RESOURCE_IN_DIFF_DIRECTION_HITDIST);
 }
 
 bool method_fits(const method *m, const capture *first, char *reason, size_t reason_size)
@@ -141,7 +157,7 @@ bool method_frame(report *r, method *m, const capture *frame, capture *out)
     return denoise_frame(m->d, frame, frame->cut ? "first frame" : "frame", m->index++, out, r->error, sizeof r->error);
 }
 
-/* `final` counts as written when all that it is made of is. */
+/* `final` counts as written when all that it is made of is; occlusion that comes with light is a by-product and does not count. */
 static void find_outputs(method *m, const capture *first, const capture *out)
 {
     float *sun[3];
@@ -153,6 +169,8 @@ static void find_outputs(method *m, const capture *first, const capture *out)
     }
     bool has_sun = capture_find_planes(first, "sun", "RGB", sun);
     m->writes[SIGNAL_FINAL] = m->writes[SIGNAL_DIFFUSE] && m->writes[SIGNAL_SPECULAR] && (!has_sun || m->writes[SIGNAL_SHADOW]);
+    m->writes[SIGNAL_AO] &= !m->writes[SIGNAL_DIFFUSE];
+    m->writes[SIGNAL_SPECULAR_AO] &= !m->writes[SIGNAL_SPECULAR];
 }
 
 bool method_open(report *r, method *m, const capture *first)

@@ -37,6 +37,12 @@ bool method_takes_any_signal(const method *m, const capture *first);
 /* Does the scene have what the denoiser needs, a sun for instance? If not, `reason` says what is missing. */
 bool method_fits(const method *m, const capture *first, char *reason, size_t reason_size);
 
+/* Does the denoiser read shadow rays? Scenes made for shadows are for those alone. */
+bool method_takes_shadows(const method *m, const capture *first);
+
+/* Does it read hit distances alone, of one path? A capture has one hit distance for several paths, which is not their mean occlusion. */
+bool method_takes_one_path(const method *m, const capture *first);
+
 /* Opens the denoiser and finds out what it writes. */
 bool method_open(report *r, method *m, const capture *first);
 

@@ -40,14 +40,14 @@ void print_table(const report *r)
         const report_row *row = &r->rows.rows[i];
         char label[3 * REPORT_NAME];
         if (i == 0 || !same_heading(row, row - 1)) {
-            printf("\n%s %dx%d, %g paths per pixel, times at %dx%d, traced in %.3g ms\n%-34s %-8s", row->scene, row->width, row->height, row->paths, row->time_width,
+            printf("\n%s %dx%d, %g paths per pixel, times at %dx%d, traced in %.3g ms\n%-52s %-12s", row->scene, row->width, row->height, row->paths, row->time_width,
                    row->time_height, row->values[REPORT_trace_ms], "", "signal");
             for (size_t k = 0; k < sizeof names / sizeof *names; k++)
                 printf(" %9s", names[k]);
             printf("\n");
         }
         label_of(row, label, sizeof label);
-        printf("%-34s %-8s", label, row->signal);
+        printf("%-52s %-12s", label, row->signal);
         for (size_t k = 0; k < sizeof shown / sizeof *shown; k++)
             print_number(row->values[shown[k]], 9, 3);
         printf("\n");

@@ -129,6 +129,9 @@ typedef struct report {
 /* Writes the reason to r->error; returns false. */
 bool report_fail(report *r, const char *format, ...);
 
+/* Of the paths per pixel that are asked for, the number nearest to 1. */
+double report_usual_paths(const report_options *o);
+
 /* A row of NaNs at the end; NULL when memory is short. Pointers to other rows become invalid. */
 report_row *rows_add(report_rows *rows);
 

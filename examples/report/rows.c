@@ -23,6 +23,15 @@ bool report_fail(report *r, const char *format, ...)
     return false;
 }
 
+double report_usual_paths(const report_options *o)
+{
+    double nearest = o->paths[0];
+    for (int i = 1; i < o->path_count; i++)
+        if (fabs(log(o->paths[i])) < fabs(log(nearest)))
+            nearest = o->paths[i];
+    return nearest;
+}
+
 report_row *rows_add(report_rows *rows)
 {
     if (rows->count == rows->capacity) {

@@ -91,6 +91,7 @@ static bool pose(sequence *s, int frame)
             return false;
         s->loaded_pose = pose_frame;
     }
+    s->posed.frame.occlusion = s->posed.frame.hit_dist_params; /* the denoisers' defaults */
     s->posed.frame.jitter = vec4(0.0f, 0.0f, 0.0f, 0.0f);
     s->posed.frame.frame_index = (uint32_t)frame;
     s->posed.frame.seed = 0;
@@ -284,6 +285,8 @@ static bool take_frame(sequence *s, int frame, capture *out)
     if (!capture_create(out, s->group.size.width, s->group.size.height)
         || !tracer_fill_capture(out, &s->posed.frame, FRAMES_PER_SECOND, s->scene.def, s->planes))
         return report_fail(s->r, "out of memory");
+    for (int k = 0; k < 4; k++)
+        out->occlusion[k] = s->posed.frame.occlusion[k];
     return true;
 }
 

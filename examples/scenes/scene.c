@@ -232,6 +232,7 @@ static void pose_environment(const scene *s, pt_frame *f)
     f->sky_ground = s->sky.ground;
     f->denoising_range = s->denoising_range;
     f->hit_dist_params = vec4(3.0f, 0.1f, 20.0f, -25.0f); /* the denoisers' defaults */
+    f->occlusion = vec4(3.0f, 0.0f, 1.0f, 0.0f);
 }
 
 /* Arrays for all triangles of the scene, hidden ones included. */

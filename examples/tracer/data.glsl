@@ -81,6 +81,7 @@ PT_STRUCT(pt_frame)
     vec4 sky_zenith;     // rgb radiance
     vec4 sky_horizon;    // rgb radiance; w strength of the glow around the sun
     vec4 sky_ground;     // rgb radiance of directions below the horizon
+    vec4 occlusion;      // A, B, C, D with which a reference normalises hit distances; (3, 0, 1, 0) is the capture format
     vec4 jitter;         // xy in pixels, y down
     vec4 hit_dist_params; // A, B, C, D with which hit distances are normalised for the denoisers' textures
     float denoising_range;
@@ -129,6 +130,7 @@ PT_STRUCT(pt_frame)
 #define PT_REF_SHADOW 6u
 #define PT_REF_AO 7u
 #define PT_REF_TRANSLUCENCY 8u
-#define PT_REF_COUNT 11u
+#define PT_REF_SPECULAR_AO 11u
+#define PT_REF_COUNT 12u
 
 #endif

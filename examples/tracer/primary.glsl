@@ -92,10 +92,18 @@ PT_STRUCT(pt_reference)
     vec3 specular; // demodulated
     float visibility;
     vec3 translucency; // visibility through coloured glass
-    float openness; // saturate(hit distance / PT_AO_RANGE)
+    float openness; // normalised hit distance
+    float specular_openness;
 };
 
-#define PT_AO_RANGE 3.0f // metres; `ref.diffuse.ao` of the capture format
+// nrd_normalize_hit_dist() of nrd.glsl.
+PT_FN float pt_openness(PT_SCENE pt_surface s, float hit_dist, float roughness)
+{
+    float view_z = pt_project(PT_FRAME.camera, s.position)[2];
+    float growth = clamp(exp2(PT_FRAME.occlusion[3] * roughness * roughness), 0.0f, 1.0f);
+    float range = (PT_FRAME.occlusion[0] + view_z * PT_FRAME.occlusion[1]) * lerp1(1.0f, PT_FRAME.occlusion[2], growth);
+    return hit_dist >= PT_MISS ? 1.0f : min(hit_dist / range, 1.0f);
+}
 
 // One sample of everything a reference averages.
 PT_FN pt_reference pt_reference_sample(PT_SCENE pt_surface s, pt_rng rng)
@@ -108,7 +116,8 @@ PT_FN pt_reference pt_reference_sample(PT_SCENE pt_surface s, pt_rng rng)
     pt_shadow shadow = pt_shadow_ray(PT_S s, rng);
     r.visibility = shadow.hit_dist >= PT_MISS ? 1.0f : 0.0f;
     r.translucency = shadow.color;
-    r.openness = min(diffuse.hit_dist / PT_AO_RANGE, 1.0f);
+    r.openness = pt_openness(PT_S s, diffuse.hit_dist, 1.0f);
+    r.specular_openness = pt_openness(PT_S s, specular.hit_dist, s.roughness);
     return r;
 }
 

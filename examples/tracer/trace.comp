@@ -214,7 +214,7 @@ void add_reference(uint plane, float value)
 
 void put_reference(pt_surface s)
 {
-    pt_reference sum = pt_reference(vec3(0.0), vec3(0.0), 0.0, vec3(0.0), 0.0);
+    pt_reference sum = pt_reference(vec3(0.0), vec3(0.0), 0.0, vec3(0.0), 0.0, 0.0);
     for (uint i = 0u; i < scene_frame.sample_count; i++) {
         uint index = scene_frame.sample_first + i;
         pt_rng rng = pt_pixel_rng(gl_GlobalInvocationID.x, gl_GlobalInvocationID.y, PT_STREAM_REFERENCE, index);
@@ -224,6 +224,7 @@ void put_reference(pt_surface s)
         sum.visibility += one.visibility;
         sum.translucency += one.translucency;
         sum.openness += one.openness;
+        sum.specular_openness += one.specular_openness;
     }
     for (uint c = 0u; c < 3u; c++) {
         add_reference(PT_REF_DIFFUSE + c, sum.diffuse[c]);
@@ -232,6 +233,7 @@ void put_reference(pt_surface s)
     }
     add_reference(PT_REF_SHADOW, sum.visibility);
     add_reference(PT_REF_AO, sum.openness);
+    add_reference(PT_REF_SPECULAR_AO, sum.specular_openness);
 }
 
 void main()

@@ -36,6 +36,7 @@ static const plane_group reference_groups[] = {
     { "ref.diffuse", "RGB", PT_REF_DIFFUSE, CAPTURE_FLOAT, ALWAYS },
     { "ref.specular", "RGB", PT_REF_SPECULAR, CAPTURE_FLOAT, ALWAYS },
     { "ref.diffuse.ao", NULL, PT_REF_AO, CAPTURE_FLOAT, ALWAYS },
+    { "ref.specular.ao", NULL, PT_REF_SPECULAR_AO, CAPTURE_FLOAT, ALWAYS },
     { "ref.shadow", NULL, PT_REF_SHADOW, CAPTURE_FLOAT, WITH_SUN },
     { "ref.shadow.translucency", "RGB", PT_REF_TRANSLUCENCY, CAPTURE_FLOAT, WITH_GLASS },
 };

@@ -203,6 +203,7 @@ static void accumulate_pixel(const pt_scene *pt, uint32_t x, uint32_t y, double 
         }
         at[PT_REF_SHADOW * n] += r.visibility;
         at[PT_REF_AO * n] += r.openness;
+        at[PT_REF_SPECULAR_AO * n] += r.specular_openness;
     }
 }
 
