@@ -8,6 +8,7 @@
 #include "browser.h"
 #include "common/gpu.h"
 #include "report/copier.h"
+#include "report/front.h"
 #include "report/parallel.h"
 #include "report/statistics.h"
 #include "report/tuning.h"
@@ -109,6 +110,49 @@ static void every_method_and_baseline_is_a_row(void **state)
     assert_int_equal(count(csv, ",spatial,"), 1);
     assert_int_equal(count(csv, ",more paths,"), 1);
     assert_int_equal(count(load("out/report.json"), "\"signal\":\"diffuse\""), 6);
+}
+
+static void add_to_front(report *r, const char *scene, const char *preset, const char *signal, double ms, double error)
+{
+    report_row *row = rows_add(&r->rows);
+    assert_non_null(row);
+    strcpy(row->scene, scene);
+    strcpy(row->kind, REPORT_KIND_DENOISER);
+    strcpy(row->method, "reblur_diffuse");
+    strcpy(row->preset, preset);
+    strcpy(row->signal, signal);
+    row->width = row->height = 64;
+    row->paths = 1;
+    row->values[REPORT_ms] = ms;
+    row->values[REPORT_motion_trimmed] = error;
+}
+
+/* Means are geometric; a row is beaten by one that is as fast and better, or as good and faster, beyond noise. */
+static void the_front_is_what_nothing_beats(void **state)
+{
+    static report r;
+    static front_row rows[FRONT_MAX];
+    (void)state;
+    r.options = (report_options){ .path_count = 2, .paths = { 4, 1 }, .size_count = 1, .sizes = { { 64, 64 } } };
+    add_to_front(&r, "a", "balanced", "diffuse", 4, 0.1);
+    add_to_front(&r, "b", "balanced", "diffuse", 9, 0.4);
+    add_to_front(&r, "a", "balanced", "final", 100, 100); /* contains the others */
+    add_to_front(&r, "a", "fastest", "diffuse", 1, 0.5);
+    add_to_front(&r, "b", "fastest", "diffuse", 1, 0.5);
+    add_to_front(&r, "a", "slow", "diffuse", 7, 0.2);
+    add_to_front(&r, "b", "slow", "diffuse", 7, 0.2);
+    add_to_front(&r, "a", "same", "diffuse", 6.03, 0.201);
+    add_to_front(&r, "b", "same", "diffuse", 6.03, 0.201);
+    add_to_front(&r, "a", "lonely", "diffuse", 0.5, 0.01); /* not measured on b */
+    assert_int_equal(front_find(&r, rows), 5);
+    static const char *const order[] = { "lonely", "fastest", "balanced", "same", "slow" };
+    for (int i = 0; i < 5; i++)
+        assert_string_equal(rows[i].preset, order[i]);
+    assert_true(fabs(rows[2].ms - 6) < 1e-9 && fabs(rows[2].error - 0.2) < 1e-9);
+    for (int i = 0; i < 4; i++)
+        assert_int_equal(rows[i].beaten_by, -1);
+    assert_int_equal(rows[4].beaten_by, 2);
+    free(r.rows.rows);
 }
 
 /* Within a share of what is expected. */
@@ -300,6 +344,7 @@ static void what_was_tuned_is_shown(void **state)
     assert_int_equal(run_tiny(""), 0);
     assert_int_equal(count(load("errors"), "rows in"), 0);
     assert_non_null(strstr(load("output"), "max_blur_radius: 15 -> 12"));
+    assert_non_null(strstr(text, "front of error against time"));
     assert_non_null(strstr(load("out/report.json"), "\"changes\":[{\"name\":\"max_blur_radius\",\"before\":15,\"after\":12}]"));
     assert_non_null(strstr(load("out/report.html"), "\"max_blur_radius\""));
 }
@@ -454,6 +499,7 @@ int main(void)
         cmocka_unit_test(quantiles_lie_between_sorted_values),
         cmocka_unit_test(fingerprints_are_fnv_1a),
         cmocka_unit_test(every_piece_of_work_is_done_once_until_one_fails),
+        cmocka_unit_test(the_front_is_what_nothing_beats),
         cmocka_unit_test(copies_move_all_bytes_in_every_way),
         cmocka_unit_test(every_method_and_baseline_is_a_row),
         cmocka_unit_test(numbers_are_plausible),

@@ -1,3 +1,4 @@
+#include "report/front.h"
 #include "report/output.h"
 #include "report/tuning.h"
 
@@ -52,6 +53,7 @@ void print_table(const report *r)
             print_number(row->values[shown[k]], 9, 3);
         printf("\n");
     }
+    front_print(r);
     tuning_print(r);
 }
 

@@ -67,10 +67,10 @@ typedef struct report_options {
     X(motion_relmse, "", "frames in motion: mean of (d - r)^2 / (r^2 + 0.01) over channels and pixels (Rousselle et al. 2011, section 3)") \
     X(motion_trimmed, "", "frames in motion: relMSE without the worst 0.1 % of the pixels") \
     X(motion_psnr, "dB", "frames in motion: -20 log10 of the root mean square of tm(d) - tm(r); tm(x) = (y / (1 + y))^(1/2.2), y = exposure x (Reinhard et al. 2002, equation 3); exposure brings the geometric mean of r to 0.25") \
-    X(motion_ssim, "", "frames in motion: mean structural similarity of tm of the luminance (Wang et al. 2004, equation 13)") \
-    X(motion_flip, "", "frames in motion: mean LDR-FLIP of tm at 67 pixels per degree (Andersson et al. 2020)") \
+    X(motion_ssim, "", "frames in motion: mean structural similarity of tm of the luminance: (2 m_d m_r + c1) (2 s_dr + c2) / ((m_d^2 + m_r^2 + c1) (s_d^2 + s_r^2 + c2)), m, s^2, s_dr means, variances and covariance under an 11 x 11 Gaussian of sigma 1.5, c1 = 0.01^2, c2 = 0.03^2 (Wang et al. 2004, equation 13)") \
+    X(motion_flip, "", "frames in motion: mean LDR-FLIP of tm at 67 pixels per degree: d_c^(1 - d_f), d_c the difference of colours as the eye blurs them, d_f of edges and points (Andersson et al. 2020, section 4)") \
     X(motion_bias, "", "frames in motion: (mean L(d) - mean L(r)) / mean L(r), L Rec. 709 luminance") \
-    X(motion_flicker, "", "mean |tm(L(d)) - tm(L(d of the frame before)) at the previous place| where the surface was visible, minus the same of the reference") \
+    X(motion_flicker, "", "mean |tm(L(d)) - tm(L(d of the frame before)) at the previous place| where the surface was visible (depth within 2 %, normals within 37 degrees, same material), minus the same of the reference (own definition)") \
     X(rest_relmse, "", "at rest, last half of those frames: relMSE") \
     X(rest_trimmed, "", "at rest: trimmed relMSE") \
     X(rest_psnr, "dB", "at rest: PSNR of tm") \
@@ -78,11 +78,11 @@ typedef struct report_options {
     X(rest_flip, "", "at rest: FLIP, last frame") \
     X(rest_bias, "", "at rest: bias") \
     X(rest_flicker, "", "at rest: flicker; the reference's is 0") \
-    X(lag, "frames", "frames until mean L(d) has gone 90 % of the way after all lights become 4 times as bright; radiance only; the number of frames watched when it does not get there") \
-    X(ghost, "", "where a surface has just come into view: sum of w (L(d) - L(r)) (L(g) - L(r)) / sum of w (L(g) - L(r))^2, g what the reference showed there one frame before, w = 1 / (L(r)^2 + L(g)^2 + 0.01): 0 nothing of it shines through, 1 all") \
-    X(fireflies, "per megapixel", "pixels with L(d) > 3 max L(r) within 2 px + 0.05 / exposure, in motion") \
-    X(edge_trimmed, "", "trimmed relMSE within 4 px of edges of material, normal or depth, in motion") \
-    X(worst_tile, "", "largest root mean square of tm(d) - tm(r) of all 32 x 32 tiles, in motion") \
+    X(lag, "frames", "frames until mean L(d) has gone 90 % of the way after all lights become 4 times as bright; radiance only; the number of frames watched when it does not get there (own definition)") \
+    X(ghost, "", "where a surface has just come into view: sum of w (L(d) - L(r)) (L(g) - L(r)) / sum of w (L(g) - L(r))^2, g what the reference showed there one frame before, w = 1 / (L(r)^2 + L(g)^2 + 0.01): 0 nothing of it shines through, 1 all (own definition)") \
+    X(fireflies, "per megapixel", "pixels with L(d) > 3 max L(r) within 2 px + 0.05 / exposure, in motion (own definition)") \
+    X(edge_trimmed, "", "trimmed relMSE within 4 px of edges, in motion: between neighbours the material differs, normals turn by more than 37 degrees, or depth leaves the line through both neighbours by 2 % (own definition)") \
+    X(worst_tile, "", "largest root mean square of tm(d) - tm(r) of all 32 x 32 tiles of which half counts, in motion (own definition)") \
     X(reference_noise, "", "trimmed relMSE that the reference's own noise adds, from the difference of its two halves")
 
 typedef enum report_column {
