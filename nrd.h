@@ -1239,7 +1239,9 @@ const char *nrd_preset_name(nrd_preset preset)
 
 /* Where presets depart from the defaults; a row concerns every denoiser with this settings struct. REBLUR: without the post-blurs error
    is 2.6 to 50 times as large; without the search for changes of lighting it is 0 to 7 % larger, and stays for longer after such a change.
-   No setting that costs more time than the defaults made error smaller on all scenes (pre-pass, larger radius). */
+   Nothing that costs more time, or waits longer, than the defaults is better in all (scene `moving`, 160x90, nrd-report --variant; relMSE of
+   diffuse, of specular): pre-pass of 20 px +16 %, -9 % at twice the bias; radius of 25 px +15 %, +4 %; histories of 63 frames 0 %, 0 %;
+   history_fix_frames 8 +2 %, 0 %; luminance_sigma_scale 5 -2 %, +5 %; stabilization_sigma_scale 3 +2 %, +6 %. So GOOD and BEST are BALANCED. */
 typedef struct nrdi_preset_row { nrd_preset preset; const nrd_setting *list; const char *name; float value; } nrdi_preset_row;
 static const nrdi_preset_row nrdi_presets[] = {
     { NRD_PRESET_FASTEST, nrdi_reblur_list, "max_blur_radius", 0.0f },

@@ -25,13 +25,13 @@ static const char usage[] =
     "usage: nrd-report OUT/ [options]\n"
     "Writes report.html, report.csv and report.json to OUT/, a table to stdout. Groups that are measured already are kept:\n"
     "an interrupted run goes on where it stopped.\n"
-    "  --quick            two scenes, one path per pixel, few frames, small pictures: minutes\n"
+    "  --quick            three scenes, one path per pixel, few frames, small pictures: minutes\n"
     "  --scenes LIST      default: all but the one that needs a mesh; on those made for shadows shadows alone\n"
     "  --denoisers LIST   default: all\n"
     "  --presets LIST     default: all\n"
     "  --variant NAME:KEY=VALUE,...  settings to measure beside the presets; up to 8\n"
     "  --paths LIST       per pixel and lobe, 0.05 to 1 or a whole number up to 8; default 0.25,0.5,1,2,4\n"
-    "  --sizes LIST       WxH of the pictures, default 240x135 on a CPU, 640x360 on a GPU\n"
+    "  --sizes LIST       WxH of the pictures, default 160x90 on a CPU, 640x360 on a GPU\n"
     "  --time-size WxH    at which times are taken, default: that of the pictures on a CPU, 1920x1080 on a GPU\n"
     "  --frames M,R,L     frames in motion, at rest, after the light step; default 12,8,10 on a CPU, 24,16,16 on a GPU\n"
     "  --pairs N          pairs of frames in motion that are compared with a reference, default 2\n"
@@ -193,7 +193,7 @@ static bool set_defaults(report *r, bool quick)
     bool cpu, ok = is_processor(r, &cpu);
     bool all_scenes = !o->scene_count && !quick;
     if (ok && !o->scene_count && quick)
-        ok = each_word(r, "interior,moving", take_scene);
+        ok = each_word(r, "interior,moving,glass", take_scene);
     for (int i = 0; i < scene_table_count && ok && all_scenes; i++)
         if (strcmp(scene_table[i].name, "model") != 0)
             ok = take_scene(r, scene_table[i].name);
@@ -206,7 +206,7 @@ static bool set_defaults(report *r, bool quick)
     if (ok && !o->path_count)
         ok = each_word(r, quick ? "1" : "0.25,0.5,1,2,4", take_paths);
     if (ok && !o->size_count)
-        ok = each_word(r, !cpu ? "640x360" : quick ? "160x90" : "240x135", take_size);
+        ok = each_word(r, !cpu ? "640x360" : quick ? "128x72" : "160x90", take_size);
     if (!o->time_size.width && !cpu)
         o->time_size = (report_size){ 1920, 1080 };
     if (!o->moving)
