@@ -1239,9 +1239,10 @@ const char *nrd_preset_name(nrd_preset preset)
 
 /* Where presets depart from the defaults; a row concerns every denoiser with this settings struct. REBLUR: without the post-blurs error
    is 2.6 to 50 times as large; without the search for changes of lighting it is 0 to 7 % larger, and stays for longer after such a change.
-   Nothing that costs more time, or waits longer, than the defaults is better in all (scene `moving`, 160x90, nrd-report --variant; relMSE of
-   diffuse, of specular): pre-pass of 20 px +16 %, -9 % at twice the bias; radius of 25 px +15 %, +4 %; histories of 63 frames 0 %, 0 %;
-   history_fix_frames 8 +2 %, 0 %; luminance_sigma_scale 5 -2 %, +5 %; stabilization_sigma_scale 3 +2 %, +6 %. So GOOD and BEST are BALANCED. */
+   Nothing that costs more time, or waits longer, than the defaults is better in all (scenes `moving`, `colonnade`, 160x90, nrd-report
+   --variant; relMSE of diffuse, of specular): pre-pass of 20 px +16 %, -2 % at twice the bias; radius of 25 px +15 %, +10 %; histories of 63
+   frames 0 %, 0 % (at rest +0.3 %, +0.6 %, flicker -5 %); history_fix_frames 8 +1 %, 0 %; luminance_sigma_scale 5 -3 %, +2 % (flicker at rest
+   +5 %, +1 %); stabilization_sigma_scale 3 +2 %, +4 %. So GOOD and BEST are BALANCED. */
 typedef struct nrdi_preset_row { nrd_preset preset; const nrd_setting *list; const char *name; float value; } nrdi_preset_row;
 static const nrdi_preset_row nrdi_presets[] = {
     { NRD_PRESET_FASTEST, nrdi_reblur_list, "max_blur_radius", 0.0f },
