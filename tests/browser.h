@@ -127,7 +127,7 @@ static bool browser_attach(browser *b, const char *path)
     browser_pick(b, "\"sessionId\":\"", b->session, sizeof b->session);
     for (int i = 0; i < 100 && strcmp(state, "complete"); i++) {
         usleep(100000);
-        browser_evaluate(b, "document.readyState", state, sizeof state);
+        browser_evaluate(b, "location.protocol === 'file:' ? document.readyState : ''", state, sizeof state); /* the empty page before it is complete too */
     }
     return !strcmp(state, "complete");
 }
