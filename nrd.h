@@ -89,14 +89,27 @@ extern "C" {
 #define NRD_MOTION_2_5D  1
 #define NRD_MOTION_WORLD 2
 
+/* nrd_frame.specular_motion: what IN_SPEC_MV holds, previous minus current. A component of NaN, infinity or 60000 and more: not given.
+   IMAGE: xy, where the previous picture showed the same reflected point on the mirror: uv_prev = uv + xy (times motion_scale_x, _y unless
+   motion_mode is WORLD); z, w unused. Of a flat mirror it is the motion of the mirrored point (nrd_mirror_point, nrd_motion_of_points).
+   HIT: xyz, how the point that the specular path hits has moved, world units (an object's X_prev - X; 0: it stands still); for mirrors of
+   any shape: the denoiser finds where that point was mirrored. */
+#define NRD_SPECULAR_MOTION_NONE  0
+#define NRD_SPECULAR_MOTION_IMAGE 1
+#define NRD_SPECULAR_MOTION_HIT   2
+
 /* Optional inputs and passes an app may declare in nrd_desc.features; what is not declared is not compiled, bound or allocated. */
 #define NRD_FEATURE_HISTORY_CONFIDENCE         1
 #define NRD_FEATURE_DISOCCLUSION_THRESHOLD_MIX 2
 #define NRD_FEATURE_PREPASS                    4
 #define NRD_FEATURE_SPLIT_SCREEN               8
+#define NRD_FEATURE_HIT_DISTANCE_RECONSTRUCTION 16
+#define NRD_FEATURE_CHECKERBOARD              32
 #define NRD_FEATURE_CHECK                     64 /* counts what is wrong with the inputs: nrd_check_rule */
 #define NRD_FEATURE_VALIDATION               128 /* nrd_frame.validation draws inputs and histories into OUT_VALIDATION */
-#define NRD_FEATURE_ALL                      255
+#define NRD_FEATURE_SPECULAR_MOTION          256
+#define NRD_FEATURE_MATERIALS                512
+#define NRD_FEATURE_ALL                     1023
 
 /* What an app may promise in nrd_desc.absent; passes, textures, inputs and code that only this would need disappear. NRD_ABSENCES says
    what each means. */
@@ -140,7 +153,14 @@ extern "C" {
     X(float, history_fix_frames) X(float, max_blur_radius) X(float, prepass_blur_radius) X(float, luminance_sigma_scale) \
     X(float, plane_distance_sensitivity) X(float, normal_sensitivity) X(float, antilag_sigma_scale) X(float, antilag_sensitivity) \
     X(float, stabilization_sigma_scale) X(float, feedback_frames) X(uint, min_material) X(uint, flags) \
-    X(float, denoising_range_prev) X(float, specular_prepass_blur_radius) X(float, light_radius) X(float, penumbra_blur_scale)
+    X(float, denoising_range_prev) X(float, specular_prepass_blur_radius) X(float, light_radius) X(float, penumbra_blur_scale) \
+    X(uint, materials) X(float, strand_thickness) X(float, responsive_roughness) X(float, responsive_frames) /* materials: four ids of 4 bits, NRD_MATERIAL_ */
+
+/* Where in nrd_constants.materials */
+#define NRD_MATERIAL_LEAST_DIFFUSE    0
+#define NRD_MATERIAL_LEAST_SPECULAR   4
+#define NRD_MATERIAL_STRAND           8
+#define NRD_MATERIAL_CAMERA_ATTACHED 12
 
 /* nrd_constants.flags */
 #define NRD_FLAG_HISTORY_CONFIDENCE  1u
@@ -150,6 +170,14 @@ extern "C" {
 #define NRD_FLAG_PREPASS            16u
 #define NRD_FLAG_SPECULAR_PREPASS   64u
 #define NRD_FLAG_TILE_HISTORY       32u /* the previous frame has looked for lighting changes */
+#define NRD_FLAG_RECONSTRUCTION    128u
+#define NRD_FLAG_WIDE_RECONSTRUCTION 256u
+#define NRD_FLAG_DIFFUSE_CHECKERBOARD 512u
+#define NRD_FLAG_DIFFUSE_WHITE       1024u
+#define NRD_FLAG_SPECULAR_CHECKERBOARD 2048u
+#define NRD_FLAG_SPECULAR_WHITE      4096u
+#define NRD_FLAG_SPECULAR_MOTION     8192u
+#define NRD_FLAG_SPECULAR_MOTION_HIT 16384u
 
 #define NRD_FLAG_MATRIX_JITTER   65536u /* the principal point has moved by less than a pixel since the last frame */
 #define NRD_FLAG_FRAME_INDEX    131072u /* frame_index did not advance by 1 */
@@ -271,6 +299,7 @@ typedef enum nrd_denoiser {
     X(IN_DIFF_CONFIDENCE, 0, "trust in history, [0,1], 0 restarts; read at the previous uv; any size, covers the rectangle; R8") \
     X(IN_SPEC_CONFIDENCE, 0, "the same for the specular signal, at the previous uv of what is reflected; R8") \
     X(IN_DISOCCLUSION_THRESHOLD_MIX, 0, "[0,1] from disocclusion_threshold to disocclusion_threshold_alternate; R8") \
+    X(IN_SPEC_MV, 0, "motion of what is reflected, for objects that move in mirrors: see NRD_SPECULAR_MOTION_IMAGE and _HIT; RGBA16F") \
     X(IN_PENUMBRA, 0, "nrd_pack_penumbra() or nrd_pack_local_penumbra(): half width of the penumbra that one ray to the light tells; R16F") \
     X(IN_TRANSLUCENCY, 0, "nrd_pack_translucency(): coloured visibility that the same ray tells; RGBA8") \
     X(IN_SIGNAL, 0, "anything to be averaged (REFERENCE)") \
@@ -333,10 +362,18 @@ NRD_DECL bool nrd_format_is_uint(nrd_format format);
     X(uint, validation, 0, 0, 64, "", "n: OUT_VALIDATION shows the n-th of nrd_desc.denoisers; 0: none (needs NRD_FEATURE_VALIDATION)") \
     X(uint, restart, 0, 0, 1, "", "1: forget all history (camera cut)") \
     X(uint, history_confidence_available, 0, 0, 1, "", "1: IN_DIFF_CONFIDENCE is bound (needs NRD_FEATURE_HISTORY_CONFIDENCE)") \
-    X(uint, disocclusion_threshold_mix_available, 0, 0, 1, "", "1: IN_DISOCCLUSION_THRESHOLD_MIX is bound (needs the feature)")
+    X(uint, disocclusion_threshold_mix_available, 0, 0, 1, "", "1: IN_DISOCCLUSION_THRESHOLD_MIX is bound (needs the feature)") \
+    X(uint, specular_motion, NRD_SPECULAR_MOTION_NONE, 0, 2, "", "what IN_SPEC_MV holds, NRD_SPECULAR_MOTION_IMAGE or _HIT; 0: it is not bound (needs NRD_FEATURE_SPECULAR_MOTION)") \
+    X(uint, strand_material_id, 4, 0, 4, "", "material id of hair and grass: the thinner a strand against a pixel, the more disocclusion_threshold_alternate counts, and nearly all history where parallax is below a pixel; 4 none (needs NRD_FEATURE_MATERIALS)") \
+    X(float, strand_thickness, 80e-6f, 1e-7f, 1e3f, "units", "of one strand of that material") \
+    X(uint, camera_attached_reflection_material_id, 4, 0, 4, "", "material id of mirrors that show what moves with the camera: their reflections follow the surface; 4 none (needs NRD_FEATURE_MATERIALS)")
 
 #define NRD_REFERENCE_SETTINGS(X) \
     X(uint, max_accumulated_frames, 4095, 0, 65535, "frames", "exact mean up to here, exponential beyond; restarts when the camera or the rectangle changes")
+
+#define NRDI_CHECKERBOARD_SETTINGS(X) \
+    X(uint, diffuse_checkerboard, 0, 0, 2, "", "the noisy diffuse input holds every other pixel, in the left half: 0 off, 1 black: those with nrd_checkerboard_color() 0, 2 white: 1 (needs NRD_FEATURE_CHECKERBOARD); ignored by denoisers with directions (SH)") \
+    X(uint, specular_checkerboard, 0, 0, 2, "", "the same for the specular input; 2 with diffuse_checkerboard 1: one path per pixel for both")
 
 #define NRD_REBLUR_SETTINGS(X) \
     X(float, hit_distance_a, 3.0f, 1e-4f, 1e6f, "units", "hit distance that normalises to 1 at view z 0 (same value as in nrd_normalize_hit_dist); a to d matter to the pre-pass and the specular signal") \
@@ -357,7 +394,12 @@ NRD_DECL bool nrd_format_is_uint(nrd_format format);
     X(float, antilag_sensitivity, 1.0f, 0.0f, 1.0f, "", "how much of a certain change of lighting is applied to history; 0 off") \
     X(float, stabilization_sigma_scale, 1.6f, 0.1f, 100.0f, "standard deviations", "stabilised history farther from the filtered value is pulled in") \
     X(uint, min_material_for_diffuse, 4, 0, 4, "", "material ids above it are kept apart from each other and the rest; 4 mixes all") \
-    X(uint, return_history_length_instead_of_occlusion, 0, 0, 1, "", "1: w of the outputs is the history length in frames")
+    X(uint, return_history_length_instead_of_occlusion, 0, 0, 1, "", "1: w of the outputs is the history length in frames") \
+    X(uint, hit_distance_reconstruction, 0, 0, 2, "", "hit distances of lobes that were not sampled (0) are taken from neighbours: 0 off, 1: of 3x3, 2: of 5x5 pixels (needs NRD_FEATURE_HIT_DISTANCE_RECONSTRUCTION); ignored with a checkerboard and by denoisers with directions (SH)") \
+    X(uint, min_material_for_specular, 4, 0, 4, "", "as min_material_for_diffuse; without NRD_FEATURE_MATERIALS the smaller one counts for both signals of a denoiser") \
+    NRDI_CHECKERBOARD_SETTINGS(X) \
+    X(float, responsive_roughness, 0.0f, 0.0f, 1.0f, "", "specular history is shorter on surfaces smoother than this, the shorter the smoother: reacts faster, is noisier; 0 off") \
+    X(float, responsive_min_frames, 4.0f, 0.0f, 63.0f, "frames", "what it is shortened to at least, at roughness 0")
 
 #define NRD_OCCLUSION_SETTINGS(X) \
     X(float, hit_distance_a, 3.0f, 1e-4f, 1e6f, "units", "hit distance that normalises to 1 at view z 0 (same value as in nrd_normalize_hit_dist)") \
@@ -370,7 +412,8 @@ NRD_DECL bool nrd_format_is_uint(nrd_format format);
     X(float, normal_sensitivity, 8.0f, 0.0f, 1000.0f, "", "neighbours weigh exp(-this * (1 - cos of the angle between normals))") \
     X(float, antilag_sigma_scale, 2.0f, 0.5f, 100.0f, "standard deviations", "change of the signal that counts as certain; less reacts sooner and is noisier, 100 is off") \
     X(uint, min_material, 4, 0, 4, "", "material ids above it are kept apart from each other and the rest; 4 mixes all") \
-    X(uint, return_history_length_instead_of_occlusion, 0, 0, 1, "", "1: the outputs are history lengths in frames")
+    X(uint, return_history_length_instead_of_occlusion, 0, 0, 1, "", "1: the outputs are history lengths in frames") \
+    NRDI_CHECKERBOARD_SETTINGS(X)
 
 #define NRD_SIGMA_SETTINGS(X) \
     X(float, light_x, 0.0f, -1e9f, 1e9f, "", "directional light: world-space vector from the surface to it, of any length; local light: its world position; x = y = z = 0: unknown (as for many lights in one signal)") \
@@ -604,6 +647,7 @@ typedef struct nrd_binding {
     nrd_resource resource;   /* NRD_RESOURCE_INTERNAL: */
     uint32_t texture;        /* index into nrd_info.textures */
     nrd_access access;
+    bool half_width;         /* checkerboarded: only the columns up to half the width, rounded up, are read; the image may end there */
     bool before_resize;      /* that texture as it was before nrd_resize; only read */
 } nrd_binding;
 
@@ -717,13 +761,13 @@ NRD_DECL bool nrd_check_rule(const uint64_t *counters, uint32_t i, nrd_finding *
 /* ---------------------------------------------------------------------------------------------------------------------------
    Pass tables  >>tables
    A denoiser is a row with its textures and passes; everything below interprets these rows. */
-enum { NRDI_MAX_USES = 32, NRDI_MAX_TEXTURES = 16, NRDI_MAX_PASSES = 16, NRDI_TILE_PX = 8 };
+enum { NRDI_MAX_USES = 32, NRDI_MAX_TEXTURES = 20, NRDI_MAX_PASSES = 16, NRDI_TILE_PX = 8 };
 enum { NRDI_TRANSIENT, NRDI_PERMANENT, NRDI_PING_PONG };
 enum { NRDI_MAX_SIZE = 16384 };   /* px, of either side */
 
 /* Why a pass runs, or a binding is not replaced by its stand-in; evaluated every frame. */
 enum { NRDI_ALWAYS = 0, NRDI_IF_PREPASS = 1, NRDI_IF_BLUR = 2, NRDI_IF_ANTILAG = 4, NRDI_IF_SPLIT = 8, NRDI_IF_CONFIDENCE = 16, NRDI_IF_THRESHOLD_MIX = 32,
-       NRDI_IF_SPEC_PREPASS = 64, NRDI_IF_MOTION = 4096, NRDI_IF_STABILIZED = 8192, NRDI_IF_VALIDATION = 16384, NRDI_IF_CHECK = 32768 };
+       NRDI_IF_SPEC_PREPASS = 64, NRDI_IF_RECONSTRUCTION = 128, NRDI_IF_SPECULAR_MOTION = 256, NRDI_IF_MOTION = 4096, NRDI_IF_STABILIZED = 8192, NRDI_IF_VALIDATION = 16384, NRDI_IF_CHECK = 32768 };
 
 /* What a pass is bound to: a nrd_resource, or a texture of the denoiser: of this frame, or the previous frame's half of a ping-pong pair. */
 #define NRDI_TEXTURE(i) (64 + (i))
@@ -754,6 +798,7 @@ typedef struct nrdi_denoiser_row {
 #define NRDI_READ(t) { NRDI_TEXTURE(t), NRD_ACCESS_READ, 0, 0 }
 #define NRDI_WRITE(t) { NRDI_TEXTURE(t), NRD_ACCESS_WRITE, 0, 0 }
 #define NRDI_READ_PREV(t) { NRDI_PREVIOUS(t), NRD_ACCESS_READ, 0, 0 }
+#define NRDI_READ_IF(t, condition, other) { NRDI_TEXTURE(t), NRD_ACCESS_READ, condition, (uint8_t)NRD_RESOURCE_##other }
 #define NRDI_READ_PREV_IF(t, condition) { NRDI_PREVIOUS(t), NRD_ACCESS_READ, condition, NRDI_TEXTURE(t) }
 /* OWN: without the condition the texture itself is bound, but not looked at. */
 #define NRDI_OWN_READ_IF(t, condition) { NRDI_TEXTURE(t), NRD_ACCESS_READ, condition, NRDI_TEXTURE(t) }
@@ -765,14 +810,16 @@ typedef struct nrdi_denoiser_row {
 
 enum { NRDI_REFERENCE_HISTORY };
 enum { NRDI_GUIDE, NRDI_TRACK, NRDI_SPEC_TRACK, NRDI_DIFF_HISTORY, NRDI_DIFF_STABILIZED, NRDI_DIFF_TILE, NRDI_DIFF_TILE_RAW,
-       NRDI_SPEC_HISTORY, NRDI_SPEC_STABILIZED, NRDI_SPEC_TILE, NRDI_SPEC_TILE_RAW, NRDI_DIFF_SH_HISTORY, NRDI_SPEC_SH_HISTORY, NRDI_DIFF_SH, NRDI_SH };
+       NRDI_SPEC_HISTORY, NRDI_SPEC_STABILIZED, NRDI_SPEC_TILE, NRDI_SPEC_TILE_RAW, NRDI_DIFF_SH_HISTORY, NRDI_SPEC_SH_HISTORY, NRDI_DIFF_SH, NRDI_SH, NRDI_DIFF_HITDIST, NRDI_SPEC_HITDIST };
 enum { NRDI_SHADOW_HISTORY, NRDI_SHADOW_TILE, NRDI_SHADOW_MEAN, NRDI_SHADOW_EXTRA }; /* EXTRA: opaque: stabilised visibility; translucent: green and blue of the history */
 
 enum { NRDI_COUNTERS = NRDI_MAX_TEXTURES - 1 }; /* of every denoiser that has a check */
 static const nrdi_texture_row nrdi_counter_row = { "COUNTERS", NRD_FORMAT_R32_UINT, 0, NRDI_PING_PONG };
 
 enum { NRDI_TAP, NRDI_STATE };
-#define NRDI_OCCLUSION_SPLIT(lobe) { "split screen", "reblur_occlusion_split_screen", NRDI_IF_SPLIT, NRD_FEATURE_SPLIT_SCREEN, 0, 0, \
+#define NRDI_LOBE_DIFF 0
+#define NRDI_LOBE_SPEC 1   /* as a pass's iteration, where one shader serves both */
+#define NRDI_OCCLUSION_SPLIT(lobe) { "split screen", "reblur_occlusion_split_screen", NRDI_IF_SPLIT, NRD_FEATURE_SPLIT_SCREEN, 0, NRDI_LOBE_##lobe, \
       { NRDI_IN(IN_VIEWZ), NRDI_IN(IN_##lobe##_HITDIST), NRDI_OUT(OUT_##lobe##_HITDIST), NRDI_STOP } }
 #define NRDI_LINEAR_CONFIDENCE(lobe) NRDI_LINEAR_IF(IN_##lobe##_CONFIDENCE, NRDI_IF_CONFIDENCE, IN_##lobe##_HITDIST)
 
@@ -795,7 +842,9 @@ enum { NRDI_TAP, NRDI_STATE };
     { "DIFF_SH_HISTORY", NRD_FORMAT_RGBA16_FLOAT, 1, NRDI_PERMANENT }, \
     { "SPEC_SH_HISTORY", NRD_FORMAT_RGBA16_FLOAT, 1, NRDI_PERMANENT }, \
     { "DIFF_SH", NRD_FORMAT_R32_UINT, 1, NRDI_TRANSIENT }, \
-    { "SH", NRD_FORMAT_RG32_UINT, 1, NRDI_TRANSIENT }
+    { "SH", NRD_FORMAT_RG32_UINT, 1, NRDI_TRANSIENT }, \
+    { "DIFF_HITDIST", NRD_FORMAT_R16_FLOAT, 1, NRDI_TRANSIENT }, \
+    { "SPEC_HITDIST", NRD_FORMAT_R16_FLOAT, 1, NRDI_TRANSIENT }
 
 /* What the passes bind, in the order of their shaders: the guides, then what belongs to each signal. S: DIFF or SPEC.
    `scratch`: the intermediate. */
@@ -820,9 +869,14 @@ enum { NRDI_TAP, NRDI_STATE };
    texture take turns. */
 #define NRDI_ACCUMULATION_SH(S, prepass) NRDI_IN_IF(OUT_##S##_SH1, prepass, IN_##S##_SH1), NRDI_READ(NRDI_##S##_SH_HISTORY), NRDI_OUT(OUT_##S##_SH1)
 
+#define NRDI_HITDIST(S) NRDI_READ_IF(NRDI_##S##_HITDIST, NRDI_IF_RECONSTRUCTION, IN_##S##_RADIANCE_HITDIST)
+#define NRDI_SPECULAR_EXTRAS NRDI_IN(IN_SPEC_RADIANCE_HITDIST), NRDI_HITDIST(SPEC), NRDI_IN_IF(IN_SPEC_MV, NRDI_IF_SPECULAR_MOTION, IN_MV)
+#define NRDI_RECONSTRUCTION(S, text) \
+    { "hit distance reconstruction" text, "reblur_hit_distance_reconstruction", NRDI_IF_RECONSTRUCTION, NRD_FEATURE_HIT_DISTANCE_RECONSTRUCTION, 0, NRDI_LOBE_##S, \
+      { NRDI_IN(IN_NORMAL_ROUGHNESS), NRDI_IN(IN_VIEWZ), NRDI_IN(IN_##S##_RADIANCE_HITDIST), NRDI_WRITE(NRDI_##S##_HITDIST), NRDI_STOP } }
 #define NRDI_PREPASS(S, shader, text, prepass) \
     { "pre-pass" text, shader, prepass, NRD_FEATURE_PREPASS, 0, 0, \
-      { NRDI_IN(IN_NORMAL_ROUGHNESS), NRDI_IN(IN_VIEWZ), NRDI_IN(IN_##S##_RADIANCE_HITDIST), NRDI_OUT(OUT_##S##_RADIANCE_HITDIST), NRDI_STOP } }
+      { NRDI_IN(IN_NORMAL_ROUGHNESS), NRDI_IN(IN_VIEWZ), NRDI_IN(IN_##S##_RADIANCE_HITDIST), NRDI_OUT(OUT_##S##_RADIANCE_HITDIST), NRDI_HITDIST(S), NRDI_STOP } }
 #define NRDI_PREPASS_SH(S, shader, text, prepass) \
     { "pre-pass" text, shader, prepass, NRD_FEATURE_PREPASS, 0, 0, \
       { NRDI_IN(IN_NORMAL_ROUGHNESS), NRDI_IN(IN_VIEWZ), NRDI_IN(IN_##S##_SH0), NRDI_OUT(OUT_##S##_SH0), NRDI_IN(IN_##S##_SH1), NRDI_OUT(OUT_##S##_SH1), NRDI_STOP } }
@@ -840,9 +894,9 @@ enum { NRDI_TAP, NRDI_STATE };
       { NRDI_MOTION, NRDI_IN(IN_NORMAL_ROUGHNESS), NRDI_IN(IN_VIEWZ), NRDI_IN(a), NRDI_IN(b), NRDI_READ(state), NRDI_READ(more), NRDI_##how(tiles), NRDI_OUT(OUT_VALIDATION), NRDI_STOP } }
 #define NRDI_DEBUG(signals, a, b, state, more, how, tiles) NRDI_OVERLAY(signals, a, b, state, more, how, tiles), NRDI_CHECK(signals, a, b)
 
-#define NRDI_SPLIT_SCREEN(S, text) NRDI_SPLIT_SCREEN_OF(S##_RADIANCE_HITDIST, text)
-#define NRDI_SPLIT_SCREEN_OF(image, text) \
-    { "split screen" text, "reblur_split_screen", NRDI_IF_SPLIT, NRD_FEATURE_SPLIT_SCREEN, 0, 0, \
+#define NRDI_SPLIT_SCREEN(S, text) NRDI_SPLIT_SCREEN_OF(S##_RADIANCE_HITDIST, NRDI_LOBE_##S, text)
+#define NRDI_SPLIT_SCREEN_OF(image, lobe, text) \
+    { "split screen" text, "reblur_split_screen", NRDI_IF_SPLIT, NRD_FEATURE_SPLIT_SCREEN, 0, lobe, \
       { NRDI_IN(IN_VIEWZ), NRDI_IN(IN_##image), NRDI_OUT(OUT_##image), NRDI_STOP } }
 
 /* In the order of NRD_DENOISERS, without those that are not compiled in. */
@@ -856,9 +910,9 @@ static const nrdi_denoiser_row nrdi_rows[] = {
 #if NRDI_WITH(REBLUR_DIFFUSE)
     { NRDI_FAMILY_REBLUR,
       { NRDI_REBLUR_TEXTURES },
-      { NRDI_PREPASS(DIFF, "reblur_prepass_diffuse", "", NRDI_IF_PREPASS),
+      { NRDI_RECONSTRUCTION(DIFF, ""), NRDI_PREPASS(DIFF, "reblur_prepass_diffuse", "", NRDI_IF_PREPASS),
         { "temporal accumulation", "reblur_temporal_accumulation_diffuse", NRDI_ALWAYS, 0, 0, 0,
-          { NRDI_ACCUMULATION_GUIDES, NRDI_ACCUMULATION_SIGNAL(DIFF, NRDI_IF_PREPASS), NRDI_STOP } },
+          { NRDI_ACCUMULATION_GUIDES, NRDI_ACCUMULATION_SIGNAL(DIFF, NRDI_IF_PREPASS), NRDI_HITDIST(DIFF), NRDI_STOP } },
         NRDI_LIGHTING_CHANGE(DIFF, ""),
         { "blur", "reblur_blur_diffuse", NRDI_ALWAYS, 0, 0, 0, { NRDI_READ(NRDI_GUIDE), NRDI_BLUR_SIGNAL(DIFF, NRDI_GUIDE), NRDI_STOP } },
         { "post-blur 1", "reblur_stabilization_diffuse", NRDI_IF_BLUR, 0, 0, 1, { NRDI_READ(NRDI_GUIDE), NRDI_STABILIZATION_SIGNAL(DIFF, NRDI_GUIDE), NRDI_STOP } },
@@ -870,9 +924,9 @@ static const nrdi_denoiser_row nrdi_rows[] = {
 #if NRDI_WITH(REBLUR_SPECULAR)
     { NRDI_FAMILY_REBLUR,
       { NRDI_REBLUR_TEXTURES },
-      { NRDI_PREPASS(SPEC, "reblur_prepass_specular", "", NRDI_IF_SPEC_PREPASS),
+      { NRDI_RECONSTRUCTION(SPEC, ""), NRDI_PREPASS(SPEC, "reblur_prepass_specular", "", NRDI_IF_SPEC_PREPASS),
         { "temporal accumulation", "reblur_temporal_accumulation_specular", NRDI_ALWAYS, 0, 0, 0,
-          { NRDI_ACCUMULATION_GUIDES, NRDI_READ_PREV(NRDI_SPEC_TRACK), NRDI_WRITE(NRDI_SPEC_TRACK), NRDI_ACCUMULATION_SIGNAL(SPEC, NRDI_IF_SPEC_PREPASS), NRDI_IN(IN_SPEC_RADIANCE_HITDIST), NRDI_STOP } },
+          { NRDI_ACCUMULATION_GUIDES, NRDI_READ_PREV(NRDI_SPEC_TRACK), NRDI_WRITE(NRDI_SPEC_TRACK), NRDI_ACCUMULATION_SIGNAL(SPEC, NRDI_IF_SPEC_PREPASS), NRDI_SPECULAR_EXTRAS, NRDI_STOP } },
         NRDI_LIGHTING_CHANGE(SPEC, ""),
         { "blur", "reblur_blur_specular", NRDI_ALWAYS, 0, 0, 0,
           { NRDI_READ(NRDI_GUIDE), NRDI_READ(NRDI_SPEC_TRACK), NRDI_BLUR_SIGNAL(SPEC, NRDI_GUIDE), NRDI_STOP } },
@@ -888,11 +942,12 @@ static const nrdi_denoiser_row nrdi_rows[] = {
 #if NRDI_WITH(REBLUR_DIFFUSE_SPECULAR)
     { NRDI_FAMILY_REBLUR,
       { NRDI_REBLUR_TEXTURES },
-      { NRDI_PREPASS(DIFF, "reblur_prepass_diffuse", " (diffuse)", NRDI_IF_PREPASS),
+      { NRDI_RECONSTRUCTION(DIFF, " (diffuse)"), NRDI_RECONSTRUCTION(SPEC, " (specular)"),
+        NRDI_PREPASS(DIFF, "reblur_prepass_diffuse", " (diffuse)", NRDI_IF_PREPASS),
         NRDI_PREPASS(SPEC, "reblur_prepass_specular", " (specular)", NRDI_IF_SPEC_PREPASS),
         { "temporal accumulation", "reblur_temporal_accumulation_diffuse_specular", NRDI_ALWAYS, 0, 0, 0,
           { NRDI_ACCUMULATION_GUIDES, NRDI_READ_PREV(NRDI_TRACK), NRDI_WRITE(NRDI_TRACK), NRDI_ACCUMULATION_SIGNAL(DIFF, NRDI_IF_PREPASS),
-            NRDI_ACCUMULATION_SIGNAL(SPEC, NRDI_IF_SPEC_PREPASS), NRDI_IN(IN_SPEC_RADIANCE_HITDIST), NRDI_STOP } },
+            NRDI_ACCUMULATION_SIGNAL(SPEC, NRDI_IF_SPEC_PREPASS), NRDI_SPECULAR_EXTRAS, NRDI_HITDIST(DIFF), NRDI_STOP } },
         NRDI_LIGHTING_CHANGE(DIFF, " (diffuse)"),
         NRDI_LIGHTING_CHANGE(SPEC, " (specular)"),
         { "blur", "reblur_blur_diffuse_specular", NRDI_ALWAYS, 0, 0, 0,
@@ -1013,7 +1068,7 @@ static const nrdi_denoiser_row nrdi_rows[] = {
           { NRDI_READ(NRDI_GUIDE), NRDI_BLUR_OF(DIFF, DIFF_SH0, NRDI_GUIDE), NRDI_IN(OUT_DIFF_SH1), NRDI_WRITE(NRDI_DIFF_SH), NRDI_WRITE(NRDI_DIFF_SH_HISTORY), NRDI_STOP } },
         { "stabilization", "reblur_stabilization_diffuse_sh", NRDI_ALWAYS, 0, 0, 3,
           { NRDI_READ(NRDI_GUIDE), NRDI_STABILIZATION_OF(DIFF, DIFF_SH0, NRDI_GUIDE), NRDI_READ(NRDI_DIFF_SH), NRDI_OUT(OUT_DIFF_SH1), NRDI_STOP } },
-        NRDI_SPLIT_SCREEN_OF(DIFF_SH0, " (SH0)"), NRDI_SPLIT_SCREEN_OF(DIFF_SH1, " (SH1)"),
+        NRDI_SPLIT_SCREEN_OF(DIFF_SH0, NRDI_LOBE_DIFF, " (SH0)"), NRDI_SPLIT_SCREEN_OF(DIFF_SH1, NRDI_LOBE_DIFF, " (SH1)"),
         NRDI_DEBUG(NRD_SIGNALS_RADIANCE + 0, IN_DIFF_SH0, IN_DIFF_SH0, NRDI_GUIDE, NRDI_GUIDE, IN, IN_VIEWZ) } },
 #endif
 #if NRDI_WITH(REBLUR_SPECULAR_SH)
@@ -1032,7 +1087,7 @@ static const nrdi_denoiser_row nrdi_rows[] = {
           { NRDI_READ(NRDI_GUIDE), NRDI_READ(NRDI_SPEC_TRACK), NRDI_BLUR_OF(SPEC, SPEC_SH0, NRDI_GUIDE), NRDI_IN(OUT_SPEC_SH1), NRDI_WRITE_PREV(NRDI_SPEC_TRACK), NRDI_WRITE(NRDI_SPEC_SH_HISTORY), NRDI_STOP } },
         { "stabilization", "reblur_stabilization_specular_sh", NRDI_ALWAYS, 0, 0, 3,
           { NRDI_READ(NRDI_GUIDE), NRDI_READ(NRDI_SPEC_TRACK), NRDI_STABILIZATION_OF(SPEC, SPEC_SH0, NRDI_GUIDE), NRDI_READ_PREV(NRDI_SPEC_TRACK), NRDI_OUT(OUT_SPEC_SH1), NRDI_STOP } },
-        NRDI_SPLIT_SCREEN_OF(SPEC_SH0, " (SH0)"), NRDI_SPLIT_SCREEN_OF(SPEC_SH1, " (SH1)"),
+        NRDI_SPLIT_SCREEN_OF(SPEC_SH0, NRDI_LOBE_SPEC, " (SH0)"), NRDI_SPLIT_SCREEN_OF(SPEC_SH1, NRDI_LOBE_SPEC, " (SH1)"),
         NRDI_DEBUG(NRD_SIGNALS_RADIANCE + 1, IN_SPEC_SH0, IN_SPEC_SH0, NRDI_GUIDE, NRDI_SPEC_TRACK, IN, IN_VIEWZ) } },
 #endif
 #if NRDI_WITH(REBLUR_DIFFUSE_SPECULAR_SH)
@@ -1058,8 +1113,8 @@ static const nrdi_denoiser_row nrdi_rows[] = {
         { "stabilization", "reblur_stabilization_diffuse_specular_sh", NRDI_ALWAYS, 0, 0, 3,
           { NRDI_READ(NRDI_GUIDE), NRDI_READ(NRDI_TRACK), NRDI_STABILIZATION_OF(DIFF, DIFF_SH0, NRDI_GUIDE), NRDI_STABILIZATION_OF(SPEC, SPEC_SH0, NRDI_TRACK),
             NRDI_READ(NRDI_SH), NRDI_OUT(OUT_DIFF_SH1), NRDI_OUT(OUT_SPEC_SH1), NRDI_STOP } },
-        NRDI_SPLIT_SCREEN_OF(DIFF_SH0, " (diffuse SH0)"), NRDI_SPLIT_SCREEN_OF(DIFF_SH1, " (diffuse SH1)"),
-        NRDI_SPLIT_SCREEN_OF(SPEC_SH0, " (specular SH0)"), NRDI_SPLIT_SCREEN_OF(SPEC_SH1, " (specular SH1)"),
+        NRDI_SPLIT_SCREEN_OF(DIFF_SH0, NRDI_LOBE_DIFF, " (diffuse SH0)"), NRDI_SPLIT_SCREEN_OF(DIFF_SH1, NRDI_LOBE_DIFF, " (diffuse SH1)"),
+        NRDI_SPLIT_SCREEN_OF(SPEC_SH0, NRDI_LOBE_SPEC, " (specular SH0)"), NRDI_SPLIT_SCREEN_OF(SPEC_SH1, NRDI_LOBE_SPEC, " (specular SH1)"),
         NRDI_DEBUG(NRD_SIGNALS_RADIANCE + 2, IN_DIFF_SH0, IN_SPEC_SH0, NRDI_GUIDE, NRDI_TRACK, IN, IN_VIEWZ) } },
 #endif
 };
@@ -1504,6 +1559,8 @@ static const nrdi_reason nrdi_reasons[] = {
     { NRDI_IF_VALIDATION, NRDI_LACKS(VALIDATION), "nrd_frame.validation does not name this denoiser" },
     { NRDI_IF_CONFIDENCE, NRDI_LACKS(HISTORY_CONFIDENCE), "nrd_frame.history_confidence_available is 0" },
     { NRDI_IF_THRESHOLD_MIX, NRDI_LACKS(DISOCCLUSION_THRESHOLD_MIX), "nrd_frame.disocclusion_threshold_mix_available is 0" },
+    { NRDI_IF_RECONSTRUCTION, NRDI_LACKS(HIT_DISTANCE_RECONSTRUCTION), "hit_distance_reconstruction is 0" },
+    { NRDI_IF_SPECULAR_MOTION, NRDI_LACKS(SPECULAR_MOTION), "nrd_frame.specular_motion is 0" },
     { NRDI_IF_BLUR, NRDI_RULED_OUT(BLUR), "max_blur_radius is 0" },
     { NRDI_IF_ANTILAG, NRDI_RULED_OUT(LIGHTING_CHANGE), "antilag_sensitivity is 0" },
     { NRDI_IF_MOTION, NRDI_RULED_OUT(MOTION), NULL },
@@ -1945,6 +2002,10 @@ static nrd_result nrdi_check_frame(const nrd *n, const nrd_frame *f, uint32_t wi
     if ((r = nrdi_check_range(d, "nrd_frame", "validation", f->validation, 0, d->denoiser_count))) return r;
     if (f->validation && (r = nrdi_needs_feature(d, "nrd_frame.validation", NRD_FEATURE_VALIDATION, "NRD_FEATURE_VALIDATION"))) return r;
     if (f->history_confidence_available && (r = nrdi_needs_feature(d, "nrd_frame.history_confidence_available", NRD_FEATURE_HISTORY_CONFIDENCE, "NRD_FEATURE_HISTORY_CONFIDENCE"))) return r;
+    bool materials = f->strand_material_id < 4 || f->camera_attached_reflection_material_id < 4;
+    if (materials && (r = nrdi_needs_feature(d, f->strand_material_id < 4 ? "nrd_frame.strand_material_id" : "nrd_frame.camera_attached_reflection_material_id",
+                                             NRD_FEATURE_MATERIALS, "NRD_FEATURE_MATERIALS"))) return r;
+    if (f->specular_motion && (r = nrdi_needs_feature(d, "nrd_frame.specular_motion", NRD_FEATURE_SPECULAR_MOTION, "NRD_FEATURE_SPECULAR_MOTION"))) return r;
     if (f->disocclusion_threshold_mix_available)
         return nrdi_needs_feature(d, "nrd_frame.disocclusion_threshold_mix_available", NRD_FEATURE_DISOCCLUSION_THRESHOLD_MIX, "NRD_FEATURE_DISOCCLUSION_THRESHOLD_MIX");
     return NRD_RESULT_OK;
@@ -2012,6 +2073,25 @@ static nrdi_state *nrdi_find_state(nrd *n, uint32_t identifier)
     return NULL;
 }
 
+/* Settings that do something only where a feature was declared: those must be 0 without it. */
+static nrd_result nrdi_check_declared(const nrd_desc *d, nrdi_settings_list list, const void *settings)
+{
+    static const struct { const char *setting, *name; uint32_t feature; } needs[] = {
+        { "diffuse_prepass_blur_radius", "NRD_FEATURE_PREPASS", NRD_FEATURE_PREPASS },
+        { "specular_prepass_blur_radius", "NRD_FEATURE_PREPASS", NRD_FEATURE_PREPASS },
+        { "hit_distance_reconstruction", "NRD_FEATURE_HIT_DISTANCE_RECONSTRUCTION", NRD_FEATURE_HIT_DISTANCE_RECONSTRUCTION },
+        { "diffuse_checkerboard", "NRD_FEATURE_CHECKERBOARD", NRD_FEATURE_CHECKERBOARD },
+        { "specular_checkerboard", "NRD_FEATURE_CHECKERBOARD", NRD_FEATURE_CHECKERBOARD },
+    };
+    for (size_t k = 0; k < sizeof needs / sizeof needs[0]; k++)
+        for (uint32_t i = 0; i < list.count; i++) {
+            if (strcmp(list.rows[i].name, needs[k].setting) != 0 || nrdi_setting_value(&list.rows[i], settings) == 0) continue;
+            nrd_result r = nrdi_needs_feature(d, needs[k].setting, needs[k].feature, needs[k].name);
+            if (r) return r;
+        }
+    return NRD_RESULT_OK;
+}
+
 nrd_result nrd_set_settings(nrd *n, uint32_t identifier, const void *settings)
 {
     if (nrdi_check_alive(n)) return nrdi_check_alive(n);
@@ -2021,11 +2101,7 @@ nrd_result nrd_set_settings(nrd *n, uint32_t identifier, const void *settings)
     nrdi_settings_list list = nrdi_list_of(s->denoiser);
     nrd_result r = nrdi_check_settings(&n->desc, nrd_denoiser_name(s->denoiser), list, settings);
     if (r) return r;
-    const nrd_reblur_settings *reblur = s->row->family == NRDI_FAMILY_REBLUR ? (const nrd_reblur_settings *)settings : NULL;
-    if (reblur && reblur->diffuse_prepass_blur_radius > 0
-        && (r = nrdi_needs_feature(&n->desc, "diffuse_prepass_blur_radius", NRD_FEATURE_PREPASS, "NRD_FEATURE_PREPASS"))) return r;
-    if (reblur && reblur->specular_prepass_blur_radius > 0
-        && (r = nrdi_needs_feature(&n->desc, "specular_prepass_blur_radius", NRD_FEATURE_PREPASS, "NRD_FEATURE_PREPASS"))) return r;
+    if ((r = nrdi_check_declared(&n->desc, list, settings))) return r;
     memcpy(&s->settings, settings, list.bytes);
     return NRD_RESULT_OK;
 }
@@ -2124,7 +2200,43 @@ static void nrdi_fill_frame(const nrd *n, nrd_constants *c)
     c->disocclusion_threshold_alternate = f->disocclusion_threshold_alternate + jitter;
     c->split_screen = f->split_screen;
     c->motion_mode = f->motion_mode;
-    c->flags = (f->history_confidence_available ? NRD_FLAG_HISTORY_CONFIDENCE : 0) | (f->disocclusion_threshold_mix_available ? NRD_FLAG_DISOCCLUSION_MIX : 0);
+    c->flags = (f->history_confidence_available ? NRD_FLAG_HISTORY_CONFIDENCE : 0) | (f->disocclusion_threshold_mix_available ? NRD_FLAG_DISOCCLUSION_MIX : 0)
+             | (f->specular_motion ? NRD_FLAG_SPECULAR_MOTION : 0) | (f->specular_motion == NRD_SPECULAR_MOTION_HIT ? NRD_FLAG_SPECULAR_MOTION_HIT : 0);
+}
+
+static bool nrdi_has_directions(const nrdi_denoiser_row *row)
+{
+    bool has = false;
+    for (uint32_t p = 0; p < nrdi_pass_count(row); p++)
+        has |= nrdi_pass_uses(&row->passes[p], NRDI_DIFF_SH_HISTORY) || nrdi_pass_uses(&row->passes[p], NRDI_SPEC_SH_HISTORY);
+    return has;
+}
+
+/* min_material is what history and geometry are told apart by at least; with NRD_FEATURE_MATERIALS each signal then asks for its own. */
+static void nrdi_fill_materials(const nrd *n, const nrdi_state *s, nrd_constants *c)
+{
+    const nrd_reblur_settings *r = &s->settings.reblur;
+    bool diffuse = false, specular = false, apart = (n->desc.features & NRD_FEATURE_MATERIALS) != 0;
+    uint32_t least[2] = { r->min_material_for_diffuse, r->min_material_for_specular };
+    c->strand_thickness = n->frame.strand_thickness;
+    c->materials = n->frame.strand_material_id << NRD_MATERIAL_STRAND | n->frame.camera_attached_reflection_material_id << NRD_MATERIAL_CAMERA_ATTACHED;
+    if (s->row->family != NRDI_FAMILY_REBLUR) return;
+    if (nrdi_has_directions(s->row))
+        c->flags &= ~(NRD_FLAG_RECONSTRUCTION | NRD_FLAG_WIDE_RECONSTRUCTION | NRD_FLAG_DIFFUSE_CHECKERBOARD | NRD_FLAG_SPECULAR_CHECKERBOARD);
+    for (uint32_t p = 0; p < nrdi_pass_count(s->row); p++) {
+        diffuse |= nrdi_pass_uses(&s->row->passes[p], NRDI_DIFF_HISTORY);
+        specular |= nrdi_pass_uses(&s->row->passes[p], NRDI_SPEC_HISTORY);
+    }
+    if (!diffuse) least[0] = least[1];
+    if (!specular) least[1] = least[0];
+    c->min_material = (least[0] > least[1]) == apart ? least[0] : least[1];
+    c->materials |= least[0] << NRD_MATERIAL_LEAST_DIFFUSE | least[1] << NRD_MATERIAL_LEAST_SPECULAR;
+}
+
+static uint32_t nrdi_checkerboard_flags(uint32_t diffuse, uint32_t specular)
+{
+    return (diffuse ? NRD_FLAG_DIFFUSE_CHECKERBOARD : 0) | (diffuse == 2 ? NRD_FLAG_DIFFUSE_WHITE : 0)
+         | (specular ? NRD_FLAG_SPECULAR_CHECKERBOARD : 0) | (specular == 2 ? NRD_FLAG_SPECULAR_WHITE : 0);
 }
 
 static void nrdi_fill_reblur(const nrd_reblur_settings *s, float resolution_scale, nrd_constants *c)
@@ -2136,6 +2248,8 @@ static void nrdi_fill_reblur(const nrd_reblur_settings *s, float resolution_scal
     c->max_accumulated_frames = s->max_accumulated_frames;
     c->max_stabilized_frames = s->max_stabilized_frames;
     c->history_fix_frames = s->history_fix_frames;
+    c->responsive_roughness = s->responsive_roughness;
+    c->responsive_frames = s->responsive_min_frames;
     c->feedback_frames = s->feedback_frames;
     c->max_blur_radius = s->max_blur_radius * resolution_scale;
     c->prepass_blur_radius = s->diffuse_prepass_blur_radius * resolution_scale;
@@ -2146,10 +2260,12 @@ static void nrdi_fill_reblur(const nrd_reblur_settings *s, float resolution_scal
     c->antilag_sigma_scale = s->antilag_sigma_scale;
     c->antilag_sensitivity = s->antilag_sensitivity;
     c->stabilization_sigma_scale = s->stabilization_sigma_scale;
-    c->min_material = s->min_material_for_diffuse;
     c->flags |= (s->return_history_length_instead_of_occlusion ? NRD_FLAG_RETURN_HISTORY : 0)
               | (s->antilag_sensitivity > 0 ? NRD_FLAG_ANTILAG : 0) | (s->diffuse_prepass_blur_radius > 0 ? NRD_FLAG_PREPASS : 0)
-              | (s->specular_prepass_blur_radius > 0 ? NRD_FLAG_SPECULAR_PREPASS : 0);
+              | (s->specular_prepass_blur_radius > 0 ? NRD_FLAG_SPECULAR_PREPASS : 0)
+              | nrdi_checkerboard_flags(s->diffuse_checkerboard, s->specular_checkerboard);
+    if (!s->diffuse_checkerboard && !s->specular_checkerboard)
+        c->flags |= (s->hit_distance_reconstruction > 0 ? NRD_FLAG_RECONSTRUCTION : 0) | (s->hit_distance_reconstruction > 1 ? NRD_FLAG_WIDE_RECONSTRUCTION : 0);
 }
 
 static void nrdi_fill_occlusion(const nrd_occlusion_settings *s, float resolution_scale, nrd_constants *c)
@@ -2164,7 +2280,8 @@ static void nrdi_fill_occlusion(const nrd_occlusion_settings *s, float resolutio
     c->normal_sensitivity = s->normal_sensitivity;
     c->antilag_sigma_scale = s->antilag_sigma_scale;
     c->min_material = s->min_material;
-    c->flags |= s->return_history_length_instead_of_occlusion ? NRD_FLAG_RETURN_HISTORY : 0;
+    c->flags |= (s->return_history_length_instead_of_occlusion ? NRD_FLAG_RETURN_HISTORY : 0)
+              | nrdi_checkerboard_flags(s->diffuse_checkerboard, s->specular_checkerboard);
 }
 
 static void nrdi_fill_sigma(const nrd *n, const nrd_sigma_settings *s, nrd_constants *c)
@@ -2235,6 +2352,7 @@ static void nrdi_fill_constants(const nrd *n, nrdi_state *s)
         if (s->row->family == NRDI_FAMILY_OCCLUSION) nrdi_fill_occlusion(&s->settings.occlusion, x < y ? x : y, c);
         else if (s->row->family == NRDI_FAMILY_SIGMA) nrdi_fill_sigma(n, &s->settings.sigma, c);
         else nrdi_fill_reblur(&s->settings.reblur, x < y ? x : y, c);
+        nrdi_fill_materials(n, s, c);
     }
     nrdi_apply_absent(n->desc.absent, c);
     if (n->desc.features & NRD_FEATURE_CHECK) c->flags |= nrdi_check_flags(n, s);
@@ -2252,6 +2370,8 @@ static uint32_t nrdi_conditions(const nrd *n, const nrdi_state *s)
     if (s->row->family == NRDI_FAMILY_REFERENCE) return on;
     if (c->flags & NRD_FLAG_PREPASS) on |= NRDI_IF_PREPASS;
     if (c->flags & NRD_FLAG_SPECULAR_PREPASS) on |= NRDI_IF_SPEC_PREPASS;
+    if (c->flags & NRD_FLAG_RECONSTRUCTION) on |= NRDI_IF_RECONSTRUCTION;
+    if (c->flags & NRD_FLAG_SPECULAR_MOTION) on |= NRDI_IF_SPECULAR_MOTION;
     if (c->max_blur_radius > 0) on |= NRDI_IF_BLUR;
     if (c->flags & NRD_FLAG_ANTILAG) on |= NRDI_IF_ANTILAG;
     if (c->flags & NRD_FLAG_HISTORY_CONFIDENCE) on |= NRDI_IF_CONFIDENCE;
@@ -2261,14 +2381,27 @@ static uint32_t nrdi_conditions(const nrd *n, const nrdi_state *s)
     return on & nrdi_possible(&n->desc);
 }
 
+static bool nrdi_is_checkerboarded(const nrdi_state *s, nrd_resource resource)
+{
+    switch (resource) {
+    case NRD_RESOURCE_IN_DIFF_RADIANCE_HITDIST: case NRD_RESOURCE_IN_DIFF_HITDIST: case NRD_RESOURCE_IN_DIFF_DIRECTION_HITDIST:
+        return (s->constants.flags & NRD_FLAG_DIFFUSE_CHECKERBOARD) != 0;
+    case NRD_RESOURCE_IN_SPEC_RADIANCE_HITDIST: case NRD_RESOURCE_IN_SPEC_HITDIST:
+        return (s->constants.flags & NRD_FLAG_SPECULAR_CHECKERBOARD) != 0;
+    default:
+        return false;
+    }
+}
+
 static uint32_t nrdi_bound(const nrdi_use *use, uint32_t conditions) { return nrdi_holds(use->condition, conditions) ? use->what : use->stand_in; }
 
 static nrd_binding nrdi_resolve(const nrd *n, const nrdi_state *s, const nrdi_use *use, uint32_t conditions)
 {
     uint32_t what = nrdi_bound(use, conditions);
-    nrd_binding b = { NRD_RESOURCE_INTERNAL, 0, (nrd_access)use->access, false };
+    nrd_binding b = { NRD_RESOURCE_INTERNAL, 0, (nrd_access)use->access, false, false };
     if (what < NRD_RESOURCE_COUNT) {
         b.resource = (nrd_resource)what;
+        b.half_width = nrdi_is_checkerboarded(s, b.resource);
         return b;
     }
     bool previous = what >= NRDI_PREVIOUS(0);

@@ -146,7 +146,7 @@ typedef struct nrd_vk_image {
     VkImage image;
     VkImageView view;         /* 2D, of the mip level and layer below only */
     VkFormat format;          /* of the view. IN_: any float or normalised colour format that can be sampled. OUT_: nrd_vk_format() */
-    uint32_t width, height;   /* px of that mip level: nrd_desc.width x height (any size where nrd.h says so) */
+    uint32_t width, height;   /* px of that mip level: nrd_desc.width x height (any size where nrd.h says so; half the width, rounded up, for a checkerboarded input) */
     VkImageLayout layout_in;  /* UNDEFINED: for OUT_ images whose contents do not matter */
     VkImageLayout layout_out; /* 0 (UNDEFINED): as layout_in; where that is UNDEFINED too, GENERAL */
     uint32_t mip, layer;
@@ -1341,6 +1341,7 @@ static nrd_result nrdi_vk_check_binding(nrd_vk *vk, const nrd_dispatch *dispatch
         if (nrdi_vk_features(vk, binding->resource, image->format) & VK_FORMAT_FEATURE_SAMPLED_IMAGE_FILTER_LINEAR_BIT) return NRD_RESULT_OK;
         return nrdi_vk_fail_resource(instance, NRD_RESULT_INVALID_ARGUMENT, binding->resource, ": the device cannot filter its format linearly");
     }
+    if (binding->half_width && image->width == (vk->info->width + 1) / 2) return nrdi_vk_check_size(instance, binding->resource, ": height", image->height, vk->info->height);
     nrd_result result = nrdi_vk_check_size(instance, binding->resource, ": width", image->width, vk->info->width);
     return result == NRD_RESULT_OK ? nrdi_vk_check_size(instance, binding->resource, ": height", image->height, vk->info->height) : result;
 }

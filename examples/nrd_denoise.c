@@ -11,6 +11,7 @@
 #include "common/png.h"
 #include "common/settings.h"
 #include "common/signals.h"
+#include "common/thin.h"
 
 #include <errno.h>
 #include <limits.h>
@@ -30,6 +31,8 @@ static const char usage[] =
     "  --set KEY=VALUE     a setting of the denoisers or of the frame; DENOISER.KEY=VALUE for one of several\n"
     "  --signal NAME       what `reference` averages: diffuse (default), specular, shadow, ao, final\n"
     "  --absent NAME,...   what the frames do not need (nrd_desc.absent): motion, sky, materials, ...\n"
+    "  --thin MODE         makes what a renderer with half the paths has: `lobes` keeps one lobe per pixel, at random;\n"
+    "                      `checkerboard` keeps alternating ones (sets diffuse_checkerboard=1, specular_checkerboard=2)\n"
     "  --frames A:B        only these frames\n"
     "  --csv FILE          writes frame,pass,milliseconds\n"
     "  --device N          the N-th Vulkan device, from 0\n"
@@ -48,7 +51,7 @@ typedef struct options {
     uint32_t set_count;
     const char *denoisers, *in, *out, *csv, *overlay;
     long first, last;      /* frames; -1: as in IN */
-    bool info, explain;
+    bool info, explain, thin_lobes;
     nrd_explain_format explain_format;
     long width, height;    /* of --info and --explain */
 } options;
@@ -129,6 +132,14 @@ static bool parse_absent(program *p, const char *text)
     return false;
 }
 
+static bool parse_thin(program *p, const char *text)
+{
+    if (!strcmp(text, "checkerboard"))
+        return parse_set(p, "diffuse_checkerboard=1") && parse_set(p, "specular_checkerboard=2");
+    p->opt.thin_lobes = !strcmp(text, "lobes");
+    return p->opt.thin_lobes || fail(p, text, ": --thin knows lobes, checkerboard");
+}
+
 static bool parse_csv(program *p, const char *text)
 {
     p->opt.csv = text;
@@ -180,6 +191,7 @@ static bool parse_argument(program *p, int argc, char **argv, int *i)
     static const struct { const char *name; bool (*parse)(program *, const char *); } with_value[] = {
         { "--denoiser", parse_denoisers }, { "--set", parse_set }, { "--signal", parse_signal }, { "--frames", parse_frames },
         { "--csv", parse_csv }, { "--overlay", parse_overlay }, { "--device", parse_device }, { "--absent", parse_absent }, { "--size", parse_size },
+        { "--thin", parse_thin },
     };
     const char *name = argv[*i];
     for (size_t k = 0; k < sizeof with_value / sizeof *with_value; k++) {
@@ -545,7 +557,8 @@ static bool denoise_all(program *p)
         capture_frame_path(path, sizeof path, p->opt.in, number);
         if (!capture_read(path, &frame, p->error, sizeof p->error))
             return false;
-        ok = (i > 0 || open_all(p, &frame, path)) && process(p, number, &frame, path);
+        ok = !p->opt.thin_lobes || thin_lobes(&frame, (uint32_t)number) || fail(p, path, ": --thin lobes needs radiance and hit distance of both lobes");
+        ok = ok && (i > 0 || open_all(p, &frame, path)) && process(p, number, &frame, path);
         capture_destroy(&frame);
         cli_progress(p->opt.desc.check ? "checking" : "denoising", ok ? i + 1 : total, total);
     }

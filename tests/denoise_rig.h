@@ -81,7 +81,7 @@ static inline bool rig_ray_plane(const pose *p, double u, double v, const double
 static inline VkFormat rig_format(nrd_resource resource)
 {
     switch (resource) {
-    case NRD_RESOURCE_IN_MV: return VK_FORMAT_R32G32B32A32_SFLOAT;
+    case NRD_RESOURCE_IN_MV: case NRD_RESOURCE_IN_SPEC_MV: return VK_FORMAT_R32G32B32A32_SFLOAT;
     case NRD_RESOURCE_IN_NORMAL_ROUGHNESS: return VK_FORMAT_A2B10G10R10_UNORM_PACK32;
     case NRD_RESOURCE_IN_DIFF_CONFIDENCE: case NRD_RESOURCE_IN_SPEC_CONFIDENCE: case NRD_RESOURCE_IN_DISOCCLUSION_THRESHOLD_MIX:
     case NRD_RESOURCE_IN_VIEWZ: return VK_FORMAT_R32_SFLOAT;

@@ -237,6 +237,8 @@ static void misuse_gives_one_line_and_leaves_nothing(void **state)
         { "--denoiser reblur_diffuse --explain moving", "--explain takes no folders" },
         { "--denoiser reblur_diffuse --explain=xml", "--explain=xml: formats are text, json and dot" },
         { "--denoiser reblur_diffuse --absent fog --explain", "fog: --absent needs names, separated by commas, of: diffuse specular motion" },
+        { "--denoiser reblur_diffuse --thin half moving out", "half: --thin knows lobes, checkerboard" },
+        { "--denoiser reblur_diffuse --thin lobes moving out", "--thin lobes needs radiance and hit distance of both lobes" },
     };
     (void)state;
     for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
@@ -379,6 +381,19 @@ static void denoising_removes_the_noise_and_keeps_the_picture(void **state)
     assert_true(capture_find_plane(&denoised, "denoised.diffuse.G")[0] == CORNER_SKY);
     capture_destroy(&frame);
     capture_destroy(&denoised);
+}
+
+static void a_checkerboard_made_of_a_capture_is_denoised(void **state)
+{
+    (void)state;
+    succeed(run("nrd-denoise", "--denoiser reblur_diffuse --thin checkerboard moving out_checkerboard"));
+    capture frame = read_frame("moving", FRAMES - 1), half = read_frame("out_checkerboard", FRAMES - 1), full = read_frame("out_moving", FRAMES - 1);
+    metrics_summary is = compare(&frame, &half, SOURCE_DENOISED), was = compare(&frame, &full, SOURCE_DENOISED);
+    print_message("relMSE of all pixels %.4f, of half of them %.4f\n", was.rel_mse, is.rel_mse);
+    assert_true(is.rel_mse != was.rel_mse && is.rel_mse < 1.5 * was.rel_mse);   /* the picture is smooth */
+    capture_destroy(&frame);
+    capture_destroy(&half);
+    capture_destroy(&full);
 }
 
 /* Adds a sun and a shadow with a penumbra to a frame of the corner: half as wide as the picture, of an occluder 2 m away. */
@@ -665,6 +680,7 @@ int main(void)
         cmocka_unit_test(good_inputs_pass_the_check_and_wrong_ones_are_named),
         cmocka_unit_test(the_overlay_is_written_beside_the_result_and_with_the_check),
         cmocka_unit_test(denoising_removes_the_noise_and_keeps_the_picture),
+        cmocka_unit_test(a_checkerboard_made_of_a_capture_is_denoised),
         cmocka_unit_test(shadows_are_denoised_alone_and_beside_a_radiance),
         cmocka_unit_test(score_prints_what_the_metrics_say),
         cmocka_unit_test(the_reference_denoiser_averages),

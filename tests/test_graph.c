@@ -6,13 +6,14 @@
 
 /* ---------------------------------------------------------------------------------------------------------------------------
    All that an app may switch from frame to frame  >>modes */
-enum { MODE_NO_BLUR = 1, MODE_NO_ANTILAG = 2, MODE_PREPASS = 4, MODE_SPLIT = 8, MODE_CONFIDENCE = 16, MODE_THRESHOLD_MIX = 32, MODE_COUNT = 64 };
+enum { MODE_NO_BLUR = 1, MODE_NO_ANTILAG = 2, MODE_PREPASS = 4, MODE_SPLIT = 8, MODE_CONFIDENCE = 16, MODE_THRESHOLD_MIX = 32, MODE_RECONSTRUCTION = 64, MODE_COUNT = 128 };
 
 /* What the features do not allow is left off. */
 static uint32_t allowed_modes(uint32_t features)
 {
     return MODE_NO_BLUR | MODE_NO_ANTILAG | (features & NRD_FEATURE_PREPASS ? MODE_PREPASS : 0) | (features & NRD_FEATURE_SPLIT_SCREEN ? MODE_SPLIT : 0)
-         | (features & NRD_FEATURE_HISTORY_CONFIDENCE ? MODE_CONFIDENCE : 0) | (features & NRD_FEATURE_DISOCCLUSION_THRESHOLD_MIX ? MODE_THRESHOLD_MIX : 0);
+         | (features & NRD_FEATURE_HISTORY_CONFIDENCE ? MODE_CONFIDENCE : 0) | (features & NRD_FEATURE_DISOCCLUSION_THRESHOLD_MIX ? MODE_THRESHOLD_MIX : 0)
+         | (features & NRD_FEATURE_HIT_DISTANCE_RECONSTRUCTION ? MODE_RECONSTRUCTION : 0);
 }
 
 static void apply_settings(nrd *instance, uint32_t mode)
@@ -25,6 +26,7 @@ static void apply_settings(nrd *instance, uint32_t mode)
         if (mode & MODE_NO_BLUR) put_setting_by_name(denoiser, &settings, "max_blur_radius", 0);
         if (mode & MODE_NO_ANTILAG) put_setting_by_name(denoiser, &settings, "antilag_sensitivity", 0);
         if (mode & MODE_PREPASS) put_setting_by_name(denoiser, &settings, "diffuse_prepass_blur_radius", 20);
+        if (mode & MODE_RECONSTRUCTION) put_setting_by_name(denoiser, &settings, "hit_distance_reconstruction", 1);
         assert_int_equal(nrd_set_settings(instance, info->denoisers[i].identifier, &settings), NRD_RESULT_OK);
     }
 }
@@ -46,17 +48,21 @@ static run run_mode(nrd *instance, uint32_t frame_index, uint32_t mode)
     if (instance->desc.features & NRD_FEATURE_VALIDATION) frame.validation = instance->info.denoiser_count > 1 ? 2 : 1;   /* the reference has no overlay */
     frame.history_confidence_available = (mode & MODE_CONFIDENCE) != 0;
     frame.disocclusion_threshold_mix_available = (mode & MODE_THRESHOLD_MIX) != 0;
+    if (mode & MODE_NO_BLUR && instance->desc.features & NRD_FEATURE_SPECULAR_MOTION) frame.specular_motion = NRD_SPECULAR_MOTION_HIT;
     apply_settings(instance, mode);
     return run_frame(instance, &frame);
 }
 
 typedef void property(nrd *instance, uint32_t features, uint32_t mode);
 
+/* Those that change nothing but what is compiled. */
+enum { FEATURES_OF_CODE = NRD_FEATURE_CHECKERBOARD | NRD_FEATURE_MATERIALS };
+
 /* The checker and the overlay only add a pass at the end: with nothing else and with everything else will do. */
 static bool is_tedious(uint32_t features)
 {
     uint32_t looking = NRD_FEATURE_CHECK | NRD_FEATURE_VALIDATION, others = features & ~looking;
-    return (features & looking) && others && others != (NRD_FEATURE_ALL & ~looking);
+    return (features & looking) && others && others != (NRD_FEATURE_ALL & ~looking & ~(uint32_t)FEATURES_OF_CODE);
 }
 
 /* Calls it for every denoiser alone and for all together, with every feature combination and everything those allow. */
@@ -68,7 +74,7 @@ static void for_every_instance(property *check, bool every_mode)
         for (uint32_t features = 0; features <= NRD_FEATURE_ALL; features++)
             for (uint32_t mode = 0; mode < (every_mode ? MODE_COUNT : 1); mode++) {
                 bool together = which == NRD_DENOISER_COUNT;
-                if (mode & ~allowed_modes(features) || is_tedious(features)) continue;
+                if (mode & ~allowed_modes(features) || features & FEATURES_OF_CODE || is_tedious(features)) continue;
                 spy s = { 0 };
                 nrd *instance = NULL;
                 nrd_desc desc = spied_desc(&s, together ? all : all + which, together ? NRD_DENOISER_COUNT + 1 : 1, 100, 52, features);
@@ -179,7 +185,7 @@ typedef struct half_use { bool used, read_first; uint32_t writes; } half_use;
 static half_use uses_of(const run *r, uint32_t texture)
 {
     half_use use = { false, false, 0 };
-    nrd_binding wanted = { NRD_RESOURCE_INTERNAL, texture, NRD_ACCESS_READ, false };
+    nrd_binding wanted = { NRD_RESOURCE_INTERNAL, texture, NRD_ACCESS_READ, false, false };
     for (uint32_t d = 0; d < r->count; d++)
         for (uint32_t b = 0; b < r->dispatches[d].binding_count; b++) {
             const nrd_binding *binding = &r->dispatches[d].bindings[b];
@@ -410,7 +416,8 @@ static void memory_at_1080p_stays_within_the_budget_of_each_denoiser(void **stat
             nrd *instance = create_one(&s, (nrd_denoiser)i, 1920, 1080, features);
             const nrd_info *info = nrd_get_info(instance);
             assert_true(budgets[i] > 0);
-            assert_in_range(info->permanent_bytes + info->transient_bytes, 1, budgets[i]);
+            uint64_t hit_distances = features & NRD_FEATURE_HIT_DISTANCE_RECONSTRUCTION ? 2 * 2 * 1920 * 1080 : 0;   /* two bytes a pixel and signal */
+            assert_in_range(info->permanent_bytes + info->transient_bytes, 1, budgets[i] + hit_distances);
             nrd_destroy(instance);
         }
 }

@@ -242,16 +242,20 @@ static void check_formats(const nrd_info *info, const nrd_dispatch *d)
     }
 }
 
-/* In every denoiser that has one. */
-static void set_prepass_radii(nrd *instance, float radius)
+/* In every denoiser that has them. */
+static void set_optional_passes(nrd *instance, bool on)
 {
+    float radius = on ? 10.0f : 0.0f;
+    uint32_t reconstruction = on;
     for (uint32_t d = 0; d < NRD_DENOISER_COUNT; d++) {
         nrd_setting row;
         double settings[128];   /* aligned bytes */
         assert_true(nrd_settings_size((nrd_denoiser)d) <= sizeof settings);
         nrd_settings_defaults((nrd_denoiser)d, settings);
-        for (uint32_t i = 0; nrd_get_setting((nrd_denoiser)d, i, &row); i++)
+        for (uint32_t i = 0; nrd_get_setting((nrd_denoiser)d, i, &row); i++) {
             if (strstr(row.name, "prepass_blur_radius")) memcpy((char *)settings + row.offset, &radius, sizeof radius);
+            else if (strcmp(row.name, "hit_distance_reconstruction") == 0) memcpy((char *)settings + row.offset, &reconstruction, sizeof reconstruction);
+        }
         assert_int_equal(nrd_set_settings(instance, d, settings), NRD_RESULT_OK);
     }
 }
@@ -273,7 +277,8 @@ static void storage_formats_and_integer_samplers_fit_what_is_bound(void **state)
         frame.validation = i < 4 ? 0 : i - 3;
         frame.split_screen = full ? 0.5f : 0;
         frame.history_confidence_available = frame.disocclusion_threshold_mix_available = full;
-        set_prepass_radii(instance, full ? 10.0f : 0.0f);
+        frame.specular_motion = full ? NRD_SPECULAR_MOTION_HIT : NRD_SPECULAR_MOTION_NONE;
+        set_optional_passes(instance, full);
         assert_int_equal(nrd_set_frame(instance, &frame), NRD_RESULT_OK);
         assert_int_equal(nrd_get_dispatches(instance, NULL, 0, &dispatches, &count), NRD_RESULT_OK);
         for (uint32_t d = 0; d < count; d++) {

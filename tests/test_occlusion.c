@@ -420,6 +420,29 @@ static void pixels_that_were_not_sampled_do_not_darken(void **state)
 
 /* ---------------------------------------------------------------------------------------------------------------------------
    History  >>history */
+/* Every other pixel, once told so in place and once packed into the left half. */
+static void a_checkerboard_is_an_input_of_which_every_other_pixel_was_not_sampled(void **state)
+{
+    bench full, half;
+    kind of = *(const kind *)*state;
+    bench_open_with(&full, of, wall, 0);
+    bench_open_with(&half, of, wall, NRD_FEATURE_CHECKERBOARD);
+    half.settings.diffuse_checkerboard = half.settings.specular_checkerboard = 2;
+    for (uint32_t frame = 0; frame < 6; frame++) {
+        bench_put_guides(&full);
+        bench_put_guides(&half);
+        for (uint32_t i = 0; i < PIXELS; i++) full.in[i] = 0, half.in[i] = half_from_float(1);
+        for (uint32_t y = 0; y < HEIGHT; y++)
+            for (uint32_t x = 0; x < WIDTH; x++)
+                if (((x ^ y ^ frame) & 1) == 1) full.in[y * WIDTH + x] = half.in[y * WIDTH + x / 2] = half_from_float(noise(&full, x, y));
+        bench_run(&full);
+        bench_run(&half);
+        assert_memory_equal(half.out, full.out, sizeof full.out);
+    }
+    bench_close(&full);
+    bench_close(&half);
+}
+
 static void history_grows_by_one_every_frame_up_to_its_limit_and_restarts(void **state)
 {
     bench b;
@@ -759,6 +782,7 @@ int main(void)
         EVERY_KIND(nothing_outside_the_rectangle_or_in_the_sky_has_an_effect),
         EVERY_KIND(bad_hit_distances_count_as_not_sampled),
         EVERY_KIND(pixels_that_were_not_sampled_do_not_darken),
+        EVERY_KIND(a_checkerboard_is_an_input_of_which_every_other_pixel_was_not_sampled),
         EVERY_KIND(history_grows_by_one_every_frame_up_to_its_limit_and_restarts),
         EVERY_KIND(after_a_jump_nothing_is_left_of_the_old_content),
         EVERY_KIND(history_follows_a_surface_under_a_moving_camera),

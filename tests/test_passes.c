@@ -286,7 +286,7 @@ static double leak(scene *what, uint32_t min_material, float history_fix_frames,
     double largest = 0;
     rig r;
     rig_open(&r, &device, RIG_DENOISER, WIDTH, HEIGHT, what);
-    r.settings.min_material_for_diffuse = min_material;
+    r.settings.min_material_for_diffuse = r.settings.min_material_for_specular = min_material;
     r.settings.history_fix_frames = history_fix_frames;
     rig_put_guides(&r);
     put_regions(&r, values[0], values[1]);

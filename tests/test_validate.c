@@ -500,6 +500,12 @@ static void what_needs_an_undeclared_feature_is_refused(void **state)
         { NRD_DENOISER_COUNT, "history_confidence_available", 1, NRD_FEATURE_HISTORY_CONFIDENCE, "NRD_FEATURE_HISTORY_CONFIDENCE" },
         { NRD_DENOISER_COUNT, "disocclusion_threshold_mix_available", 1, NRD_FEATURE_DISOCCLUSION_THRESHOLD_MIX, "NRD_FEATURE_DISOCCLUSION_THRESHOLD_MIX" },
         { NRD_DENOISER_REBLUR_DIFFUSE, "diffuse_prepass_blur_radius", 10, NRD_FEATURE_PREPASS, "NRD_FEATURE_PREPASS" },
+        { NRD_DENOISER_COUNT, "strand_material_id", 1, NRD_FEATURE_MATERIALS, "NRD_FEATURE_MATERIALS" },
+        { NRD_DENOISER_COUNT, "camera_attached_reflection_material_id", 3, NRD_FEATURE_MATERIALS, "NRD_FEATURE_MATERIALS" },
+        { NRD_DENOISER_COUNT, "specular_motion", 2, NRD_FEATURE_SPECULAR_MOTION, "NRD_FEATURE_SPECULAR_MOTION" },
+        { NRD_DENOISER_REBLUR_DIFFUSE, "diffuse_checkerboard", 1, NRD_FEATURE_CHECKERBOARD, "NRD_FEATURE_CHECKERBOARD" },
+        { NRD_DENOISER_REBLUR_DIFFUSE, "specular_checkerboard", 2, NRD_FEATURE_CHECKERBOARD, "NRD_FEATURE_CHECKERBOARD" },
+        { NRD_DENOISER_REBLUR_DIFFUSE, "hit_distance_reconstruction", 1, NRD_FEATURE_HIT_DISTANCE_RECONSTRUCTION, "NRD_FEATURE_HIT_DISTANCE_RECONSTRUCTION" },
     };
     spy s;
     (void)state;

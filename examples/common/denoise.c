@@ -401,6 +401,9 @@ static uint32_t features_for(const denoise_desc *desc, const capture *frame)
         { "validation", NRD_FEATURE_VALIDATION },
         { "diffuse_prepass_blur_radius", NRD_FEATURE_PREPASS },
         { "specular_prepass_blur_radius", NRD_FEATURE_PREPASS },
+        { "hit_distance_reconstruction", NRD_FEATURE_HIT_DISTANCE_RECONSTRUCTION },
+        { "diffuse_checkerboard", NRD_FEATURE_CHECKERBOARD },
+        { "specular_checkerboard", NRD_FEATURE_CHECKERBOARD },
     };
     uint32_t features = (has_confidence(frame) ? NRD_FEATURE_HISTORY_CONFIDENCE : 0) | (desc->check ? NRD_FEATURE_CHECK : 0)
                       | (desc->overlay ? NRD_FEATURE_VALIDATION : 0);
@@ -525,6 +528,27 @@ static VkFormat format_of(nrd_resource resource)
     return nrd_vk_format(nrd_resource_format(resource));
 }
 
+/* 0: every pixel of the input is there; else its colour in the checkerboard, from 1. */
+static uint32_t checkerboard_of(const denoise_desc *desc, nrd_resource resource)
+{
+    static const struct { nrd_resource resource; const char *setting; } rows[] = {
+        { NRD_RESOURCE_IN_DIFF_RADIANCE_HITDIST, "diffuse_checkerboard" }, { NRD_RESOURCE_IN_DIFF_HITDIST, "diffuse_checkerboard" },
+        { NRD_RESOURCE_IN_DIFF_DIRECTION_HITDIST, "diffuse_checkerboard" }, { NRD_RESOURCE_IN_SPEC_RADIANCE_HITDIST, "specular_checkerboard" },
+        { NRD_RESOURCE_IN_SPEC_HITDIST, "specular_checkerboard" },
+    };
+    uint32_t color = 0;
+    for (size_t k = 0; k < COUNT(rows); k++)
+        for (uint32_t i = 0; i < desc->setting_count && rows[k].resource == resource; i++)
+            if (!strcmp(desc->settings[i].name, rows[k].setting))
+                color = (uint32_t)desc->settings[i].value;
+    return color;
+}
+
+static uint32_t input_width(const denoise *d, nrd_resource resource)
+{
+    return checkerboard_of(&d->desc, resource) ? (uint32_t)(d->width + 1) / 2 : (uint32_t)d->width;
+}
+
 static bool create_images(denoise *d)
 {
     for (int i = 0; i < NRD_RESOURCE_COUNT; i++) {
@@ -532,7 +556,7 @@ static bool create_images(denoise *d)
         const char *name = nrd_resource_name(resource);
         if (!nrd_uses_resource(d->instance, resource))
             continue;
-        if (!gpu_image_create(&d->g, (uint32_t)d->width, (uint32_t)d->height, format_of(resource), name, &d->images[i]))
+        if (!gpu_image_create(&d->g, input_width(d, resource), (uint32_t)d->height, format_of(resource), name, &d->images[i]))
             return say(d->sink.text, d->sink.size, gpu_error(&d->g));
     }
     return true;
@@ -625,7 +649,19 @@ static frame_view view_of(const denoise *d, const capture *frame)
     return view;
 }
 
-static bool upload_inputs(denoise *d, const frame_view *view)
+/* Keeps the traced pixels of a frame, packed to the left. */
+static void thin_checkerboard(const denoise *d, uint32_t color, uint32_t index, size_t texel_bytes)
+{
+    uint32_t width = (uint32_t)d->width, half = (width + 1) / 2;
+    unsigned char *texels = d->texels;
+    for (uint32_t y = 0; y < (uint32_t)d->height; y++)
+        for (uint32_t i = 0; i < half; i++) {
+            uint32_t x = pack_checkerboard_x(i, y, index, color);
+            memmove(texels + ((size_t)y * half + i) * texel_bytes, texels + ((size_t)y * width + (x < width ? x : width - 1)) * texel_bytes, texel_bytes);
+        }
+}
+
+static bool upload_inputs(denoise *d, const frame_view *view, uint32_t index)
 {
     for (size_t i = 0; i < COUNT(inputs); i++) {
         gpu_image *target = &d->images[inputs[i].resource];
@@ -633,6 +669,9 @@ static bool upload_inputs(denoise *d, const frame_view *view)
             continue;
         if (!inputs[i].pack(view, d->texels))
             return say(d->sink.text, d->sink.size, "out of memory");
+        uint32_t checkerboard = checkerboard_of(&d->desc, inputs[i].resource);
+        if (checkerboard)
+            thin_checkerboard(d, checkerboard - 1, index, gpu_format_size(target->format));
         if (!gpu_upload(&d->g, target, d->texels))
             return say(d->sink.text, d->sink.size, gpu_error(&d->g));
     }
@@ -858,7 +897,7 @@ static bool run_frame(denoise *d, const frame_view *view, const char *path, uint
     }
     say(error, error_size, "");
     d->sink = (denoise_sink){ error, error_size };
-    return check_frame(&d->desc, d->instance, frame, path, &d->sink) && upload_inputs(d, view)
+    return check_frame(&d->desc, d->instance, frame, path, &d->sink) && upload_inputs(d, view, index)
         && set_settings(d, frame) && set_frame(d, frame, index) && run_passes(d) && take_timings(d);
 }
 

@@ -78,6 +78,11 @@ void pack_translucency(float occluder_dist, const float transmission[3], uint8_t
     texel[2] = (uint8_t)unorm(t.z, 255), texel[3] = (uint8_t)unorm(t.w, 255);
 }
 
+uint32_t pack_checkerboard_x(uint32_t texel_x, uint32_t y, uint32_t frame_index, uint32_t color)
+{
+    return nrd_checkerboard_x(texel_x, y, frame_index, color);
+}
+
 float pack_unpack_shadow(uint8_t texel)
 {
     return nrd_unpack_shadow((float)texel / 255.0f);

@@ -33,6 +33,9 @@ uint16_t pack_local_penumbra(float occluder_dist, float light_dist, float light_
 /* nrd_pack_translucency as an RGBA8 texel. */
 void pack_translucency(float occluder_dist, const float transmission[3], uint8_t texel[4]);
 
+/* nrd_checkerboard_x. */
+uint32_t pack_checkerboard_x(uint32_t texel_x, uint32_t y, uint32_t frame_index, uint32_t color);
+
 /* nrd_unpack_shadow of an R8 texel: visibility, [0,1]. */
 float pack_unpack_shadow(uint8_t texel);
 

@@ -54,7 +54,7 @@ static void set_up(rig *r, const space_case *c)
     if (c->shape) r->shape = c->shape;
     r->tilt = c->tilt;
     if (c->tilt > 0) r->camera.tan_half_height = 0.2 / tan(c->tilt * 0.017453292519943295);   /* all of it visible */
-    if (c->shape == materials) rig_set(r, "min_material_for_diffuse", 0), rig_set(r, "min_material", 0);
+    if (c->shape == materials) rig_set(r, "min_material_for_diffuse", 0), rig_set(r, "min_material_for_specular", 0), rig_set(r, "min_material", 0);
 }
 
 static void run_case(stress *s, rig *r, const space_case *c)

@@ -76,4 +76,7 @@ float guide_relative_depth(uint code) { return uintBitsToFloat(((code & 0xffffu)
 /* Ids at or below min_material are one class (min_material 4: all of them). */
 bool same_material(uint a, uint b) { return is_absent(NRD_ABSENT_MATERIALS) || max(a, g.min_material) == max(b, g.min_material); }
 
+/* The same for one signal where two have their own: which is NRD_MATERIAL_LEAST_DIFFUSE or _SPECULAR. */
+bool same_material_for(int which, uint a, uint b) { return !HAS_MATERIALS || max(a, special_material(which)) == max(b, special_material(which)); }
+
 #endif

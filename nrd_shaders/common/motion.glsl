@@ -8,8 +8,22 @@ struct Reprojection {
     float tolerance; /* plane distance, units */
 };
 
+/* How far the camera's move, not its turn, shifts a point on the screen, px. */
+float camera_parallax(vec3 position, vec2 uv_prev)
+{
+    vec2 turned = project_prev(mat3(g.view_to_view_prev) * position);
+    return length((turned - uv_prev) * vec2(g.rect_width_prev, g.rect_height_prev));
+}
+
+/* Hair and grass change their depths by chance from frame to frame: the thinner they are, the less their depths say. */
+float strand_threshold(float threshold, vec3 position, vec2 uv_prev)
+{
+    float thin = clamp(0.5 * pixel_size(position.z) / g.strand_thickness, 0.0, 1.0), near = smoothstep(0.0, 1.0, camera_parallax(position, uv_prev));
+    return mix(0.25, mix(threshold, g.disocclusion_threshold_alternate, thin), near);
+}
+
 /* motion: scaled, in the frame's mode. threshold: of the view's extent. */
-Reprojection reproject(vec3 motion, vec2 uv, float z, float signed_z, float threshold)
+Reprojection reproject(vec3 motion, vec2 uv, float z, float signed_z, float threshold, uint material)
 {
     Reprojection r;
     vec3 position = view_position(uv, z, g.frustum, g.orthographic);
@@ -24,6 +38,7 @@ Reprojection reproject(vec3 motion, vec2 uv, float z, float signed_z, float thre
         float z_prev = (g.motion_mode | opaque_zero()) == NRD_MOTION_2_5D ? abs(signed_z + motion.z) : still_z;
         r.position = view_position(r.uv, z_prev, g.frustum_prev, g.orthographic_prev);
     }
+    if (HAS_MATERIALS && material == special_material(NRD_MATERIAL_STRAND)) threshold = strand_threshold(threshold, position, r.uv);
     r.tolerance = plane_tolerance(threshold, z);
     return r;
 }

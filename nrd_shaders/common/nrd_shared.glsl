@@ -14,14 +14,27 @@
 #define NRD_MOTION_2_5D  1
 #define NRD_MOTION_WORLD 2
 
+/* nrd_frame.specular_motion: what IN_SPEC_MV holds, previous minus current. A component of NaN, infinity or 60000 and more: not given.
+   IMAGE: xy, where the previous picture showed the same reflected point on the mirror: uv_prev = uv + xy (times motion_scale_x, _y unless
+   motion_mode is WORLD); z, w unused. Of a flat mirror it is the motion of the mirrored point (nrd_mirror_point, nrd_motion_of_points).
+   HIT: xyz, how the point that the specular path hits has moved, world units (an object's X_prev - X; 0: it stands still); for mirrors of
+   any shape: the denoiser finds where that point was mirrored. */
+#define NRD_SPECULAR_MOTION_NONE  0
+#define NRD_SPECULAR_MOTION_IMAGE 1
+#define NRD_SPECULAR_MOTION_HIT   2
+
 /* Optional inputs and passes an app may declare in nrd_desc.features; what is not declared is not compiled, bound or allocated. */
 #define NRD_FEATURE_HISTORY_CONFIDENCE         1
 #define NRD_FEATURE_DISOCCLUSION_THRESHOLD_MIX 2
 #define NRD_FEATURE_PREPASS                    4
 #define NRD_FEATURE_SPLIT_SCREEN               8
+#define NRD_FEATURE_HIT_DISTANCE_RECONSTRUCTION 16
+#define NRD_FEATURE_CHECKERBOARD              32
 #define NRD_FEATURE_CHECK                     64 /* counts what is wrong with the inputs: nrd_check_rule */
 #define NRD_FEATURE_VALIDATION               128 /* nrd_frame.validation draws inputs and histories into OUT_VALIDATION */
-#define NRD_FEATURE_ALL                      255
+#define NRD_FEATURE_SPECULAR_MOTION          256
+#define NRD_FEATURE_MATERIALS                512
+#define NRD_FEATURE_ALL                     1023
 
 /* What an app may promise in nrd_desc.absent; passes, textures, inputs and code that only this would need disappear. NRD_ABSENCES says
    what each means. */
@@ -65,7 +78,14 @@
     X(float, history_fix_frames) X(float, max_blur_radius) X(float, prepass_blur_radius) X(float, luminance_sigma_scale) \
     X(float, plane_distance_sensitivity) X(float, normal_sensitivity) X(float, antilag_sigma_scale) X(float, antilag_sensitivity) \
     X(float, stabilization_sigma_scale) X(float, feedback_frames) X(uint, min_material) X(uint, flags) \
-    X(float, denoising_range_prev) X(float, specular_prepass_blur_radius) X(float, light_radius) X(float, penumbra_blur_scale)
+    X(float, denoising_range_prev) X(float, specular_prepass_blur_radius) X(float, light_radius) X(float, penumbra_blur_scale) \
+    X(uint, materials) X(float, strand_thickness) X(float, responsive_roughness) X(float, responsive_frames) /* materials: four ids of 4 bits, NRD_MATERIAL_ */
+
+/* Where in nrd_constants.materials */
+#define NRD_MATERIAL_LEAST_DIFFUSE    0
+#define NRD_MATERIAL_LEAST_SPECULAR   4
+#define NRD_MATERIAL_STRAND           8
+#define NRD_MATERIAL_CAMERA_ATTACHED 12
 
 /* nrd_constants.flags */
 #define NRD_FLAG_HISTORY_CONFIDENCE  1u
@@ -75,6 +95,14 @@
 #define NRD_FLAG_PREPASS            16u
 #define NRD_FLAG_SPECULAR_PREPASS   64u
 #define NRD_FLAG_TILE_HISTORY       32u /* the previous frame has looked for lighting changes */
+#define NRD_FLAG_RECONSTRUCTION    128u
+#define NRD_FLAG_WIDE_RECONSTRUCTION 256u
+#define NRD_FLAG_DIFFUSE_CHECKERBOARD 512u
+#define NRD_FLAG_DIFFUSE_WHITE       1024u
+#define NRD_FLAG_SPECULAR_CHECKERBOARD 2048u
+#define NRD_FLAG_SPECULAR_WHITE      4096u
+#define NRD_FLAG_SPECULAR_MOTION     8192u
+#define NRD_FLAG_SPECULAR_MOTION_HIT 16384u
 
 #define NRD_FLAG_MATRIX_JITTER   65536u /* the principal point has moved by less than a pixel since the last frame */
 #define NRD_FLAG_FRAME_INDEX    131072u /* frame_index did not advance by 1 */

@@ -33,6 +33,10 @@ bool is_filtering() { return !is_absent(NRD_ABSENT_BLUR) && push.step_size > int
 
 bool is_same_rect() { return ((g.rect_width ^ g.rect_width_prev) | (g.rect_height ^ g.rect_height_prev) | opaque_zero()) == 0u; }
 
+/* One of the ids in nrd_constants.materials; 4: none. */
+const bool HAS_MATERIALS = (SPEC_FEATURES & NRD_FEATURE_MATERIALS) != 0;
+uint special_material(int which) { return ((g.materials | opaque_zero()) >> which) & 15u; }
+
 ivec2 rect_size() { return ivec2(g.rect_width, g.rect_height); }
 ivec2 rect_origin() { return ivec2(g.rect_origin_x, g.rect_origin_y); }
 bool in_rect(ivec2 p) { return all(greaterThanEqual(p, ivec2(0))) && all(lessThan(p, rect_size())); }

@@ -12,6 +12,7 @@
 #include "../common/geometry.glsl"
 #include "../common/guide.glsl"
 #include "../common/motion.glsl"
+#include "../common/checkerboard.glsl"
 #include "occlusion.glsl"
 
 layout(binding = 1) uniform sampler2D in_motion;
@@ -63,20 +64,28 @@ shared vec3 s_specular_changes[16];
 
 #ifdef DIRECTIONAL
 float diffuse_hit_dist(vec4 texel) { return texel.w; }
-vec4 gather_diffuse(vec2 uv) { return textureGather(in_diffuse, uv, 3); }
+vec4 gather_diffuse(vec2 corner) { return textureGather(in_diffuse, corner / vec2(textureSize(in_diffuse, 0)), 3); }
 
 /* Never longer than the hit distance. */
 vec3 load_moment(ivec2 pixel, float hit_dist)
 {
-    vec3 moment = texelFetch(in_diffuse, pixel, 0).xyz;
+    vec3 moment = texelFetch(in_diffuse, noisy_texel(pixel, DIFFUSE_LOBE), 0).xyz;
     return nrd_is_finite(moment) ? moment * min(1.0, hit_dist / max(length(moment), 1e-6)) : vec3(0.0);
 }
 #else
 #ifdef DIFFUSE
 float diffuse_hit_dist(vec4 texel) { return texel.x; }
-vec4 gather_diffuse(vec2 uv) { return textureGather(in_diffuse, uv, 0); }
+vec4 gather_diffuse(vec2 corner) { return textureGather(in_diffuse, corner / vec2(textureSize(in_diffuse, 0)), 0); }
 #endif
 vec3 load_moment(ivec2 pixel, float hit_dist) { return vec3(0.0); }
+#endif
+
+#ifdef DIFFUSE
+float load_diffuse(ivec2 pixel) { return is_traced(pixel, DIFFUSE_LOBE) ? diffuse_hit_dist(texelFetch(in_diffuse, noisy_texel(pixel, DIFFUSE_LOBE), 0)) : 0.0; }
+#endif
+#ifdef SPECULAR
+vec4 gather_specular(vec2 corner) { return textureGather(in_specular, corner / vec2(textureSize(in_specular, 0)), 0); }
+float load_specular(ivec2 pixel) { return is_traced(pixel, SPECULAR_LOBE) ? texelFetch(in_specular, noisy_texel(pixel, SPECULAR_LOBE), 0).x : 0.0; }
 #endif
 
 vec4 sanitize_quad(vec4 v)
@@ -107,10 +116,16 @@ void load_quads()
         float number = sum_of(usable);
         s_view_z[i] = number > 0.0 ? sum_of(mix(vec4(0.0), abs(z), greaterThan(usable, vec4(0.0)))) / number : 0.0;
 #ifdef DIFFUSE
-        s_diffuse[i] = quad_sums(gather_diffuse(corner / vec2(textureSize(in_diffuse, 0))), usable);
+        vec4 diffuse = vec4(0.0);
+        if (!is_checkerboarded(DIFFUSE_LOBE)) diffuse = gather_diffuse(corner);
+        else for (int k = 0; k < 4; k++) diffuse[k] = load_diffuse(ivec2(x[k], y[k]));
+        s_diffuse[i] = quad_sums(diffuse, usable);
 #endif
 #ifdef SPECULAR
-        s_specular[i] = quad_sums(textureGather(in_specular, corner / vec2(textureSize(in_specular, 0)), 0), usable);
+        vec4 specular = vec4(0.0);
+        if (!is_checkerboarded(SPECULAR_LOBE)) specular = gather_specular(corner);
+        else for (int k = 0; k < 4; k++) specular[k] = load_specular(ivec2(x[k], y[k]));
+        s_specular[i] = quad_sums(specular, usable);
 #endif
     }
     barrier();
@@ -208,7 +223,7 @@ History find_history(ivec2 pixel, float signed_z, nrd_surface surface, float spe
 {
     if (is_reset()) return no_history();
     vec3 motion = is_absent(NRD_ABSENT_MOTION) ? vec3(0.0) : texelFetch(in_motion, pixel + rect_origin(), 0).xyz * g.motion_scale.xyz;
-    Reprojection r = reproject(motion, pixel_uv(pixel), abs(signed_z), signed_z, threshold_at(pixel));
+    Reprojection r = reproject(motion, pixel_uv(pixel), abs(signed_z), signed_z, threshold_at(pixel), surface.material_id);
     History h = fetch_history(r, surface);
     bool confident = (SPEC_FEATURES & NRD_FEATURE_HISTORY_CONFIDENCE) != 0 && has_flag(NRD_FLAG_HISTORY_CONFIDENCE);
 #ifdef DIFFUSE
@@ -335,10 +350,10 @@ void main()
     nrd_surface surface;
     if (visible) {
 #ifdef DIFFUSE
-        noisy.x = nrd_sanitize_norm_hit_dist(diffuse_hit_dist(texelFetch(in_diffuse, pixel, 0)));
+        noisy.x = nrd_sanitize_norm_hit_dist(load_diffuse(pixel));
 #endif
 #ifdef SPECULAR
-        noisy.y = nrd_sanitize_norm_hit_dist(texelFetch(in_specular, pixel, 0).x);
+        noisy.y = nrd_sanitize_norm_hit_dist(load_specular(pixel));
 #endif
         surface = nrd_decode_normal_roughness(texelFetch(in_normal_roughness, pixel + rect_origin(), 0), SPEC_NORMAL_FORMAT, SPEC_ROUGHNESS_FORMAT);
         h = find_history(pixel, signed_z, surface, noisy.y);

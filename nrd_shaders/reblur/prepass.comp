@@ -9,7 +9,9 @@
 #extension GL_GOOGLE_include_directive : require
 #include "../common/pass.glsl"
 #include "../common/geometry.glsl"
+#include "../common/guide.glsl"
 #include "../common/texel.glsl"
+#include "../common/checkerboard.glsl"
 #include "signals.glsl"
 #include "light.glsl"
 
@@ -17,6 +19,9 @@ layout(binding = 1) uniform sampler2D in_normal_roughness;
 layout(binding = 2) uniform sampler2D in_view_z;
 layout(binding = 3) uniform sampler2D in_radiance_hit_dist;
 layout(binding = 4, rgba16f) uniform writeonly image2D out_radiance_hit_dist;
+#ifndef SH
+layout(binding = 5) uniform sampler2D in_hit_dist;
+#endif
 
 #ifdef SH
 layout(binding = 5) uniform sampler2D in_sh1;
@@ -40,8 +45,10 @@ void store_light(ivec2 pixel, LightSums sums, vec3 normal, vec3 position, float 
 
 #ifdef SPECULAR
 #define PREPASS_RADIUS g.specular_prepass_blur_radius
+const int LOBE = SPECULAR_LOBE;
 #else
 #define PREPASS_RADIUS g.prepass_blur_radius
+const int LOBE = DIFFUSE_LOBE;
 #endif
 
 const int TAPS = 8;
@@ -49,8 +56,23 @@ const float GOLDEN_ANGLE = 2.3999632;   /* rad; Vogel's sunflower: equal area pe
 
 vec4 load_noisy(ivec2 pixel)
 {
-    vec4 noisy = texelFetch(in_radiance_hit_dist, pixel, 0);
+    vec4 noisy = texelFetch(in_radiance_hit_dist, noisy_texel(pixel, LOBE), 0);
+#ifndef SH
+    if ((SPEC_FEATURES & NRD_FEATURE_HIT_DISTANCE_RECONSTRUCTION) != 0 && has_flag(NRD_FLAG_RECONSTRUCTION)) noisy.w = texelFetch(in_hit_dist, pixel, 0).x;
+#endif
     return nrd_is_finite(noisy.xyz) ? vec4(noisy.xyz, nrd_sanitize_norm_hit_dist(noisy.w)) : vec4(0.0);
+}
+
+/* Of a checkerboard, the traced one of a pixel's pair. */
+ivec2 traced_pixel(ivec2 pixel) { return is_traced(pixel, LOBE) ? pixel : ivec2(pixel.x ^ 1, pixel.y); }
+
+/* The mean of the traced pixels beside one that is not. */
+vec4 load_center(ivec2 pixel, float z)
+{
+    if (is_traced(pixel, LOBE)) return load_noisy(pixel);
+    vec2 w = side_weights(pixel, z, in_view_z);
+    ivec2 last = rect_size() - 1;
+    return w.x * load_noisy(max(pixel - ivec2(1, 0), ivec2(0))) + w.y * load_noisy(min(pixel + ivec2(1, 0), last));
 }
 
 struct Pixel {
@@ -85,6 +107,9 @@ float blur_radius(Pixel p, vec2 uv, float norm_hit_dist)
 
 float tap_weight(Pixel p, Pixel tap)
 {
+    int least = LOBE == SPECULAR_LOBE ? NRD_MATERIAL_LEAST_SPECULAR : NRD_MATERIAL_LEAST_DIFFUSE;
+    uint a = p.surface.material_id, b = tap.surface.material_id;
+    if (!same_material(a, b) || !same_material_for(least, a, b)) return 0.0;
     float plane = abs(dot(p.surface.normal * mat3(g.view_to_world), tap.position - p.position)) / (g.plane_distance_sensitivity * frustum_size(p.z));
     float bend = max(1.0 - dot(p.surface.normal, tap.surface.normal), 0.0), lobe = g.normal_sensitivity;
 #ifdef SPECULAR
@@ -100,7 +125,7 @@ void main()
     ivec2 pixel = ivec2(gl_GlobalInvocationID.xy);
     Pixel p, tap;
     if (!in_rect(pixel) || !load_pixel(pixel, p)) return;
-    vec4 center = load_noisy(pixel);
+    vec4 center = load_center(pixel, p.z);
     float radius = blur_radius(p, pixel_uv(pixel), center.w);
     float turn = float(hash(0u, 0u, g.frame_index) >> 8) / 16777216.0 * 6.2831853;
     vec4 sum = center.w > 0.0 ? center : vec4(center.xyz, 0.0);
@@ -108,7 +133,7 @@ void main()
     SH_ONLY(LightSums light = no_light(); add_light(light, load_light(pixel, center.x), center.x, p.surface.normal, 1.0);)
     for (int i = 0; i < TAPS; i++) {
         float angle = turn + float(i) * GOLDEN_ANGLE;
-        ivec2 at = pixel + ivec2(round(radius * sqrt((float(i) + 0.5) / float(TAPS)) * vec2(cos(angle), sin(angle))));
+        ivec2 at = traced_pixel(pixel + ivec2(round(radius * sqrt((float(i) + 0.5) / float(TAPS)) * vec2(cos(angle), sin(angle)))));
         if (!in_rect(at) || !load_pixel(at, tap)) continue;
         float w = tap_weight(p, tap);
         if (!(w > 0.0)) continue;

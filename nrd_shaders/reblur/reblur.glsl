@@ -11,7 +11,7 @@ struct Center {
     ivec2 pixel;
     Plane plane;        /* distance 1 is the tolerance */
     vec3 normal;        /* world */
-    uint material;
+    uint material, own_material;   /* material: those that are one class have one number */
 #ifdef SH
     Receiver receiver;
     float frames[SIGNALS];
@@ -78,7 +78,8 @@ Center make_center(ivec2 pixel, uvec2 guide, float slack, float tracked)
     Center c;
     c.pixel = pixel;
     c.normal = normalize(guide_tap_direction(guide));
-    c.material = max(guide.x >> 30, g.min_material);
+    c.own_material = guide.x >> 30;
+    c.material = max(c.own_material, g.min_material);
     float z = guide_relative_depth(guide.x) * g.denoising_range;
 #ifdef SPECULAR
     set_lobe(c, guide_roughness(guide), tracked, z, pixel_uv(pixel));
@@ -122,6 +123,7 @@ float lobe_exponent(Center c, int signal, float normal_scale, float bend, vec2 o
 
 float lobe_factor(Center c, int signal, uvec2 guide)
 {
+    if (!same_material_for(signal == SPECULAR_SIGNAL ? NRD_MATERIAL_LEAST_SPECULAR : NRD_MATERIAL_LEAST_DIFFUSE, guide.x >> 30, c.own_material)) return 0.0;
 #ifdef SPECULAR
     if (signal == SPECULAR_SIGNAL) return clamp(1.0 - abs(guide_roughness(guide) - c.roughness) * c.roughness_scale, 0.0, 1.0);
 #endif

@@ -24,13 +24,13 @@ struct Footprint {
     vec4 weights;               /* 0 where a texel is not the same surface */
 };
 
-Reprojection reproject(ivec2 pixel, vec2 uv, float z, float signed_z)
+Reprojection reproject(ivec2 pixel, vec2 uv, float z, float signed_z, uint material)
 {
     float threshold = g.disocclusion_threshold;
     if ((SPEC_FEATURES & NRD_FEATURE_DISOCCLUSION_THRESHOLD_MIX) != 0 && has_flag(NRD_FLAG_DISOCCLUSION_MIX))
         threshold = mix(threshold, g.disocclusion_threshold_alternate, texelFetch(in_threshold_mix, pixel, 0).x);
     vec3 motion = is_absent(NRD_ABSENT_MOTION) ? vec3(0.0) : texelFetch(in_motion, pixel + rect_origin(), 0).xyz * g.motion_scale.xyz;
-    return reproject(motion, uv, z, signed_z, threshold);
+    return reproject(motion, uv, z, signed_z, threshold, material);
 }
 
 /* Texels of a footprint that count: where nothing moves, the pixel itself. */
@@ -65,6 +65,14 @@ void weigh_surface(inout Footprint f, vec3 point_vs, vec3 normal_ws, uint materi
         bool on_plane = abs(plane_distance(plane, vec2(offset), guide_relative_depth(f.guides[i]))) < 1.0;
         if (!inside || !on_plane || guide_is_sky(f.guides[i]) || !same_material(f.guides[i] >> 30, material)) f.weights[i] = 0.0;
     }
+}
+
+/* 1 where a texel's material is that of the pixel for one signal. */
+vec4 material_agreement(Footprint f, uint material, int which)
+{
+    vec4 same = vec4(1.0);
+    for (int i = 0; i < 4 && HAS_MATERIALS; i++) same[i] = same_material_for(which, f.guides[i] >> 30, material) ? 1.0 : 0.0;
+    return same;
 }
 
 History no_history()

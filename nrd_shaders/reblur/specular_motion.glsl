@@ -21,7 +21,7 @@ const float LEAST_FOOTPRINT = 0.35; /* px: what a pixel itself sees */
 const float NARROWEST_LOBE = 0.01;  /* squared width from which on normal maps are told apart */
 const float BUMPY = 0.002;          /* variance of normals that no curvature explains, above which Newton steps lead astray */
 
-/* q: the nearest on this surface around the pixel; sigma: the deviation there. */
+/* q: the nearest on this surface around the pixel, -1 where nothing was sampled; sigma: the deviation there. */
 struct Tracking { float q, sigma; };
 
 struct Curvature {
@@ -48,7 +48,9 @@ void load_cell(int cell)
     if (is_sky(signed_z)) return;
     nrd_surface surface = nrd_decode_normal_roughness(texelFetch(in_normal_roughness, pixel + rect_origin(), 0), SPEC_NORMAL_FORMAT, SPEC_ROUGHNESS_FORMAT);
     s_surface[cell] = vec4(surface.normal, z);
-    float norm_hit_dist = sanitize(texelFetch(in_spec_unblurred, pixel, 0)).w;
+    float norm_hit_dist = 0.0;
+    if (is_reconstructed()) norm_hit_dist = load_reconstructed(SPECULAR_SIGNAL, pixel);
+    else if (is_traced(pixel, SPECULAR_LOBE)) norm_hit_dist = sanitize(texelFetch(in_spec_unblurred, noisy_texel(pixel, SPECULAR_LOBE), 0)).w;
     float hit_dist = nrd_denormalize_hit_dist(norm_hit_dist, z, surface.roughness, g.hit_distance);
     if (norm_hit_dist > 0.0) s_tracked[cell] = hit_dist / (hit_dist + distance_to_camera(pixel_uv(pixel), z));
 }
@@ -110,7 +112,7 @@ Tracking track_hit_distance(ivec2 pixel, nrd_surface surface)
         if (usable) sums += vec3(q, q * q, 1.0);
     }
     if (second <= 1.0) nearest = second;   /* one stray sample of nine says nothing */
-    nearest = nearest > 1.0 ? 0.0 : nearest;
+    if (nearest > 1.0) return Tracking(-1.0, 0.0);
     float footprint = lobe_footprint(max(surface.roughness * surface.roughness, 1e-4), nearest, z, uv), mean = sums.x / max(sums.z, 1.0);
     return Tracking(own < 0.0 ? nearest : mix(own, nearest, clamp(footprint / 0.5, 0.0, 1.0)), sqrt(max(sums.y / max(sums.z, 1.0) - mean * mean, 0.0)));
 }
@@ -173,6 +175,18 @@ vec3 mean_normal(Footprint f, vec3 otherwise)
     return dot(sum, sum) > 1e-6 ? normalize(sum) : otherwise;
 }
 
+/* Nothing around was sampled: what history tracked. */
+Tracking recall_tracking(Footprint f)
+{
+    uvec4 tracks = gather_tracks_at(SPECULAR_SIGNAL, f.seconds, f.corner_uv);
+    float sum = 0.0, q = 0.0;
+    for (int i = 0; i < 4; i++) {
+        sum += f.weights[i];
+        q += f.weights[i] * unpack_track(tracks[i]).hit_dist;
+    }
+    return Tracking(q / max(sum, 1e-3), 0.0);
+}
+
 /* The point that is mirrored, world. */
 vec3 mirrored_point(vec3 position_vs, vec3 normal, float roughness, float q)
 {
@@ -196,6 +210,38 @@ VirtualMotion find_virtual_motion(vec3 target, Reprojection r, vec3 normal_prev,
     vec2 way = vec2(dot(c.tangent, move), dot(c.bitangent, move));
     m.bow = 0.5 * abs(dot(way, turn * way));
     m.error = regular && all(lessThan(abs(m.uv - 0.5), vec2(0.5))) ? 0.0 : -1.0;
+    return m;
+}
+
+/* Motion that the app gives of what is reflected. */
+struct GivenMotion {
+    bool of_image, of_hit;   /* neither: not given */
+    vec3 motion;             /* of the image: xy, uv; of the hit: world */
+};
+
+GivenMotion load_given_motion(ivec2 pixel)
+{
+    if (!HAS_EXTRAS || (SPEC_FEATURES & NRD_FEATURE_SPECULAR_MOTION) == 0 || !has_flag(NRD_FLAG_SPECULAR_MOTION)) return GivenMotion(false, false, vec3(0.0));
+    bool hit = has_flag(NRD_FLAG_SPECULAR_MOTION_HIT), scaled = !hit && (g.motion_mode | opaque_zero()) != NRD_MOTION_WORLD;
+    vec3 motion = load_specular_motion(pixel + rect_origin()) * vec3(scaled ? g.motion_scale.xy : vec2(1.0), hit ? 1.0 : 0.0);
+    bool given = nrd_is_finite(motion) && all(lessThan(abs(motion), vec3(60000.0)));
+    return GivenMotion(given && !hit, given && hit, given ? motion : vec3(0.0));
+}
+
+/* The surface where the previous picture showed the same reflection. */
+VirtualMotion take_virtual_motion(vec2 uv_prev, Reprojection r, vec3 normal_prev, vec3 normal, Curvature c)
+{
+    VirtualMotion m;
+    m.uv = uv_prev;
+    m.normal = c.bump < BUMPY ? normal_prev : normal;
+    vec3 normal_vs = mat3(g.world_to_view_prev) * m.normal, near = view_position(uv_prev, 0.0, g.frustum_prev, g.orthographic_prev);
+    vec3 along = view_position(uv_prev, 1.0, g.frustum_prev, g.orthographic_prev) - near;
+    float facing = dot(normal_vs, along), z = dot(normal_vs, r.position - near) / (abs(facing) > 1e-6 ? facing : 1e-6);
+    m.position = near + along * z;
+    vec3 move = to_world(m.position) - to_world(r.position);
+    vec2 way = vec2(dot(c.tangent, move), dot(c.bitangent, move));
+    m.bow = 0.5 * abs(dot(way, c.turn * way));
+    m.error = z > 0.0 && all(lessThan(abs(uv_prev - 0.5), vec2(0.5))) ? 0.0 : -1.0;
     return m;
 }
 
@@ -241,6 +287,15 @@ vec4 tracking_agreement(Footprint f, Tracking t, float travel_px)
     return w;
 }
 
+/* Whether the surface's own texels showed something as far away, [0,1]; told apart where the lobe is sharp. What a moving object uncovers
+   in a mirror does not move itself: only its distance tells it from the object. */
+float still_reflected(Footprint f, Tracking t, float footprint)
+{
+    vec4 agreement = tracking_agreement(f, t, clamp(1.0 - 0.5 * footprint, 0.0, 1.0));
+    float sum = f.weights.x + f.weights.y + f.weights.z + f.weights.w;
+    return sum > 0.0 ? dot(f.weights, agreement) / sum : 1.0;
+}
+
 /* The length that a history may have whose samples lie `shift` footprints farther from where they should with each frame. */
 float limit_frames(float frames, float shift)
 {
@@ -276,16 +331,18 @@ struct SpecularMatch {
 
 /* Replaces the surface's own texels by those that mirrored the same point, where these may count for longer. Mixing both costs a second
    fetch and gains nothing. */
-void follow_reflection(inout SpecularMatch match, vec3 target, Reprojection r, Curvature c, nrd_surface surface, Tracking t, vec3 normal_prev, float footprint, float drift)
+void follow_reflection(inout SpecularMatch match, vec3 target, vec2 uv, GivenMotion given, Reprojection r, Curvature c, nrd_surface surface, Tracking t, vec3 normal_prev, float footprint, float drift)
 {
-    VirtualMotion m = find_virtual_motion(target, r, normal_prev, surface.normal, c);
+    VirtualMotion m;
+    if (given.of_image) m = take_virtual_motion(uv + given.motion.xy, r, normal_prev, surface.normal, c);
+    else m = find_virtual_motion(target + given.motion, r, normal_prev, surface.normal, c);
     float travel = min(length((m.uv - r.uv) * size_prev_px()), 1e3), width = max(footprint, LEAST_FOOTPRINT);
     match.frames = limit_frames(match.frames, 2.0 * travel / width);
     if (m.error < 0.0 || travel < drift) return;
     Footprint moved = fetch_footprint(m.uv);
     weigh_surface(moved, m.position, m.normal, surface.material_id, r.tolerance + m.bow);
-    if (c.bump < BUMPY) m.error = remaining_step(moved, m, target, c);
-    moved.weights *= roughness_agreement(moved, surface.roughness) * tracking_agreement(moved, t, travel);
+    if (c.bump < BUMPY && !given.of_image) m.error = remaining_step(moved, m, target + given.motion, c);
+    moved.weights *= material_agreement(moved, surface.material_id, NRD_MATERIAL_LEAST_SPECULAR) * roughness_agreement(moved, surface.roughness) * tracking_agreement(moved, t, travel);
     float frames = limit_frames(mean_frames(moved, SPECULAR_SIGNAL), travel * min(t.sigma / max(t.q, 1e-4), 1.0) / width);
     frames /= 1.0 + frames * m.error / (SMEAR * max(footprint, 0.5));
     float longer = max(frames, match.frames);
@@ -297,14 +354,18 @@ History find_specular_history(ivec2 pixel, float z, Reprojection r, Footprint f,
 {
     float alpha = max(surface.roughness * surface.roughness, 1e-4), footprint = lobe_footprint(alpha, t.q, z, pixel_uv(pixel));
     vec3 position = view_position(pixel_uv(pixel), z, g.frustum, g.orthographic);
-    f.weights *= roughness_agreement(f, surface.roughness);
+    f.weights *= roughness_agreement(f, surface.roughness) * material_agreement(f, surface.material_id, NRD_MATERIAL_LEAST_SPECULAR);
     SpecularMatch match = SpecularMatch(f, mean_frames(f, SPECULAR_SIGNAL), surface.normal, r.uv);
     vec3 stored_normal = normalize(guide_fine_direction(uvec2(guide_pack(z, surface.normal, 0u), guide_pack_fine(surface.normal))));
     vec3 normal_prev = mean_normal(f, stored_normal);
     float drift = DRIFT * max(footprint, LEAST_FOOTPRINT) / max(match.frames, 1.0), turned_px = 2.0 * length(normal_prev - stored_normal) * footprint / alpha;
-    if (!is_absent(NRD_ABSENT_MOTION | NRD_ABSENT_MIRRORS) && parallax_px(position, r.uv) + turned_px >= drift && !is_reset()) {
+    GivenMotion given = load_given_motion(pixel);
+    bool is_given = given.of_image || given.of_hit;
+    if (is_given) match.frames *= still_reflected(f, t, footprint);
+    bool attached = HAS_MATERIALS && surface.material_id == special_material(NRD_MATERIAL_CAMERA_ATTACHED);
+    if (!is_absent(NRD_ABSENT_MOTION | NRD_ABSENT_MIRRORS) && !attached && (is_given || parallax_px(position, r.uv) + turned_px >= drift) && !is_reset()) {
         vec3 target = mirrored_point(position, stored_normal, surface.roughness, t.q);
-        follow_reflection(match, target, r, measure_curvature(pixel, surface.normal), surface, t, normal_prev, footprint, drift);
+        follow_reflection(match, target, pixel_uv(pixel), given, r, measure_curvature(pixel, surface.normal), surface, t, normal_prev, footprint, drift);
     }
     uv_history = match.uv;
     History h = fetch_history(match.footprint, match.footprint.weights, SPECULAR_SIGNAL, match.normal);

@@ -11,6 +11,7 @@
 #include "../common/geometry.glsl"
 #include "../common/guide.glsl"
 #include "../common/texel.glsl"
+#include "../common/checkerboard.glsl"
 #include "reblur.glsl"
 
 layout(binding = 1) uniform sampler2D in_motion;
@@ -48,6 +49,13 @@ layout(binding = SECOND + 4) uniform sampler2D prev_spec_tile;
 layout(binding = SECOND + 5, rgba16f) uniform writeonly image2D out_spec;
 layout(binding = SECOND + 6, rgba16f) uniform writeonly image2D out_spec_tile_raw;
 layout(binding = SECOND + 7) uniform sampler2D in_spec_unblurred;   /* hit distances of neighbours: in_spec may be out_spec */
+#ifndef SH
+layout(binding = SECOND + 8) uniform sampler2D in_spec_hit_dist;
+layout(binding = SECOND + 9) uniform sampler2D in_spec_motion;
+#endif
+#endif
+#if defined(DIFFUSE) && !defined(SH)
+layout(binding = FIRST + 7 + 10 * HAS_SPECULAR) uniform sampler2D in_diff_hit_dist;
 #endif
 
 #ifdef SH
@@ -70,6 +78,17 @@ void store_light(int s, ivec2 p, vec4 v) { OF_SIGNAL(s, imageStore(out_diff_ligh
 
 vec4 gather_stabilized(int s, vec2 uv) { OF_SIGNAL(s, return textureGather(prev_diff_stabilized, uv, 0).wzxy, return textureGather(prev_spec_stabilized, uv, 0).wzxy) }
 vec4 load_history(int s, ivec2 p) { OF_SIGNAL(s, return texelFetch(diff_history, p, 0), return texelFetch(spec_history, p, 0)) }
+#ifdef SH   /* light with a direction has neither */
+float load_reconstructed(int s, ivec2 p) { return 0.0; }
+vec3 load_specular_motion(ivec2 p) { return vec3(0.0); }
+const bool HAS_EXTRAS = false;
+#else
+const bool HAS_EXTRAS = true;
+#ifdef SPECULAR
+vec3 load_specular_motion(ivec2 p) { return texelFetch(in_spec_motion, p, 0).xyz; }
+#endif
+float load_reconstructed(int s, ivec2 p) { OF_SIGNAL(s, return texelFetch(in_diff_hit_dist, p, 0).x, return texelFetch(in_spec_hit_dist, p, 0).x) }
+#endif
 vec4 load_noisy(int s, ivec2 p) { OF_SIGNAL(s, return texelFetch(in_diff, p, 0), return texelFetch(in_spec, p, 0)) }
 float load_confidence(int s, vec2 uv) { OF_SIGNAL(s, return textureLod(in_diff_confidence, uv, 0.0).x, return textureLod(in_spec_confidence, uv, 0.0).x) }
 float load_change(int s, vec2 px, ivec2 rect) { OF_SIGNAL(s, return sample_tiles(prev_diff_tile, px, rect).x, return sample_tiles(prev_spec_tile, px, rect).x) }
@@ -90,9 +109,31 @@ vec4 sanitize(vec4 noisy)
     return nrd_is_finite(noisy.xyz) ? vec4(luma, orange, green, nrd_sanitize_norm_hit_dist(noisy.w)) : vec4(0.0);
 }
 
+/* Of a checkerboard, a pixel that is not traced takes the mean of those beside it, and that counts as a sample like any other: giving it
+   less weight beside a history (0 to 0.5 tried) makes error 10 to 60 % larger. After the pre-pass every pixel is there. */
+vec4 load_sample(int s, ivec2 pixel, float z)
+{
+    int lobe = s == SPECULAR_SIGNAL ? SPECULAR_LOBE : DIFFUSE_LOBE;
+    if (!is_checkerboarded(lobe) || has_flag(s == SPECULAR_SIGNAL ? NRD_FLAG_SPECULAR_PREPASS : NRD_FLAG_PREPASS)) return sanitize(load_noisy(s, pixel));
+    if (is_traced(pixel, lobe)) return sanitize(load_noisy(s, noisy_texel(pixel, lobe)));
+    vec2 w = side_weights(pixel, z, in_view_z);
+    ivec2 left = noisy_texel(max(pixel - ivec2(1, 0), ivec2(0)), lobe), right = noisy_texel(min(pixel + ivec2(1, 0), rect_size() - 1), lobe);
+    return w.x * sanitize(load_noisy(s, left)) + w.y * sanitize(load_noisy(s, right));
+}
+
+bool is_reconstructed() { return HAS_EXTRAS && (SPEC_FEATURES & NRD_FEATURE_HIT_DISTANCE_RECONSTRUCTION) != 0 && has_flag(NRD_FLAG_RECONSTRUCTION); }
+
 #include "reprojection.glsl"
 #ifdef SPECULAR
 #include "specular_motion.glsl"
+
+/* The length that specular history may have on a surface: reflections in smooth ones change by more, and need less averaging. */
+float responsive_limit(float roughness)
+{
+    if (g.responsive_roughness <= float(opaque_zero())) return g.max_accumulated_frames;
+    float share = mix(nrd_roughness_curve(roughness, 0.25), 1.0, smoothstep(0.0, 1.0, roughness / g.responsive_roughness));
+    return min(max(share * g.max_accumulated_frames, g.responsive_frames), g.max_accumulated_frames);
+}
 #endif
 
 /* Stabilised luma of a surface that faced another way by more than 32 degrees is not followed. 0.1 to 0.5 tried: less flickers more, more
@@ -181,7 +222,7 @@ void denoise(ivec2 pixel)
     }
     nrd_surface surface = nrd_decode_normal_roughness(texelFetch(in_normal_roughness, pixel + rect_origin(), 0), SPEC_NORMAL_FORMAT, SPEC_ROUGHNESS_FORMAT);
     float random = (float(hash(uint(pixel.x), uint(pixel.y), g.frame_index) >> 24) + 0.5) / 256.0;
-    Reprojection r = reproject(pixel, pixel_uv(pixel), z, signed_z);
+    Reprojection r = reproject(pixel, pixel_uv(pixel), z, signed_z, surface.material_id);
     Footprint f = fetch_footprint(r.uv);
     if (is_reset()) f.weights = vec4(0.0);
     else weigh_surface(f, r.position, surface.normal, surface.material_id, r.tolerance);
@@ -191,10 +232,14 @@ void denoise(ivec2 pixel)
 #endif
     SH_ONLY(Receiver receiver = make_receiver(guide, pixel_uv(pixel), z, surface.roughness);)
 #ifdef DIFFUSE
-    History diffuse = fetch_history(f, f.weights, 0, surface.normal);
+    History diffuse = fetch_history(f, f.weights * material_agreement(f, surface.material_id, NRD_MATERIAL_LEAST_DIFFUSE), 0, surface.normal);
     SH_ONLY(if (diffuse.frames > 0.0) turn_history(diffuse, receiver, 0);)
     if (diffuse.frames > 0.0) diffuse.frames = min(min(shorten(diffuse.frames, 0, r.uv), bend_limit(diffuse, 1.0)), g.max_accumulated_frames);
-    uint track = accumulate(pixel, 0, sanitize(load_noisy(0, pixel)), diffuse, random);
+    vec4 noisy_diffuse = load_sample(0, pixel, z);
+    if (is_reconstructed()) noisy_diffuse.w = load_reconstructed(0, pixel);
+    if (noisy_diffuse.w == 0.0) noisy_diffuse.w = diffuse.hit_dist;   /* not sampled: as it was .. */
+    if (diffuse.hit_dist == 0.0) diffuse.hit_dist = noisy_diffuse.w;  /* .. and never before: as it is */
+    uint track = accumulate(pixel, 0, noisy_diffuse, diffuse, random);
     guide.y |= pack_frames(diffuse.frames);
 #ifndef SPECULAR
     guide.y |= track;
@@ -203,11 +248,12 @@ void denoise(ivec2 pixel)
 #ifdef SPECULAR
     vec2 uv_history;
     Tracking tracking = track_hit_distance(pixel, surface);
+    if (tracking.q < 0.0) tracking = recall_tracking(f);
     History specular = find_specular_history(pixel, z, r, f, surface, tracking, uv_history);
     SH_ONLY(if (specular.frames > 0.0 && specular.turns) turn_history(specular, receiver, SPECULAR_SIGNAL);)
-    if (specular.frames > 0.0) specular.frames = min(shorten(specular.frames, SPECULAR_SIGNAL, uv_history), g.max_accumulated_frames);
+    if (specular.frames > 0.0) specular.frames = min(shorten(specular.frames, SPECULAR_SIGNAL, uv_history), responsive_limit(surface.roughness));
     specular.hit_dist = tracking.q;   /* as measured: its average would follow a change of what is reflected too late */
-    vec4 noisy = sanitize(load_noisy(SPECULAR_SIGNAL, pixel));
+    vec4 noisy = load_sample(SPECULAR_SIGNAL, pixel, z);
     uint spec_track = accumulate(pixel, SPECULAR_SIGNAL, vec4(noisy.xyz, tracking.q), specular, random);
     guide.y |= (pack_frames(specular.frames) << (8 * SPECULAR_SIGNAL)) | (uint(surface.roughness * 255.0 + 0.5) << 16);
 #ifdef DIFFUSE
