@@ -69,10 +69,11 @@ static void throw_settings(dice *d, rig *r, double beyond, wrong *w)
     nrd_setting row;
     for (uint32_t i = 0; nrd_get_setting(r->denoiser, i, &row); i++) throw_setting(d, &row, &r->settings, beyond, w);
     for (uint32_t i = 0; nrd_get_setting(NRD_DENOISER_COUNT, i, &row); i++) {
-        bool rarely = strcmp(row.name, "split_screen") == 0 || strstr(row.name, "_available") || strcmp(row.name, "restart") == 0;
+        bool rarely = strcmp(row.name, "split_screen") == 0 || strstr(row.name, "_available") || strcmp(row.name, "restart") == 0 || strcmp(row.name, "validation") == 0;
         if (strcmp(row.name, "denoising_range") == 0 && throw_chance(d, 0.9)) r->frame.denoising_range = (float)throw_decades(d, 1e-3, 1e9);   /* else it is mostly all sky or none */
         else if (!rarely || throw_chance(d, 0.3)) throw_setting(d, &row, &r->frame, beyond, w);
     }
+    if (r->frame.validation > 1) add_wrong(w, "validation");   /* there is one denoiser */
 }
 
 /* ---- camera and rectangle */
