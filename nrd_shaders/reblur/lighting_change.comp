@@ -37,10 +37,10 @@ float certainty(float change, float error, float luma)
 float survey(ivec2 tiles)
 {
     vec4 sum = vec4(0.0);
-    ivec2 count = min(tiles, ivec2(SURVEY));   /* a tile that counted twice would look certain */
+    vec2 count = vec2(min(tiles, ivec2(SURVEY))), spacing = vec2(tiles) / count;   /* a tile that counted twice would look certain */
     for (int i = 0; i < SURVEY * SURVEY; i++) {
-        ivec2 place = ivec2(i % SURVEY, i / SURVEY);
-        if (all(lessThan(place, count))) sum += weigh_tile((2 * place + 1) * tiles / (2 * count), 1.0);
+        vec2 place = vec2(i % SURVEY, i / SURVEY) + 0.5;
+        sum += weigh_tile(min(ivec2(place * spacing), tiles - 1), all(lessThan(place, count)) ? 1.0 : 0.0);
     }
     return sum.z < 1.0 ? 0.0 : certainty(sum.x / sum.z, sqrt(sum.w) / sum.z, sum.y / sum.z);
 }
