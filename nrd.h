@@ -299,7 +299,6 @@ typedef enum nrd_denoiser {
     X(IN_DIFF_CONFIDENCE, 0, "trust in history, [0,1], 0 restarts; read at the previous uv; any size, covers the rectangle; R8") \
     X(IN_SPEC_CONFIDENCE, 0, "the same for the specular signal, at the previous uv of what is reflected; R8") \
     X(IN_DISOCCLUSION_THRESHOLD_MIX, 0, "[0,1] from disocclusion_threshold to disocclusion_threshold_alternate; R8") \
-    X(IN_SPEC_MV, 0, "motion of what is reflected, for objects that move in mirrors: see NRD_SPECULAR_MOTION_IMAGE and _HIT; RGBA16F") \
     X(IN_PENUMBRA, 0, "nrd_pack_penumbra() or nrd_pack_local_penumbra(): half width of the penumbra that one ray to the light tells; R16F") \
     X(IN_TRANSLUCENCY, 0, "nrd_pack_translucency(): coloured visibility that the same ray tells; RGBA8") \
     X(IN_SIGNAL, 0, "anything to be averaged (REFERENCE)") \
@@ -319,7 +318,8 @@ typedef enum nrd_denoiser {
     X(OUT_DIFF_SH1, NRD_FORMAT_RGBA16_FLOAT, "xyz: mean of direction times luma; w: luma under the pixel's own normal over luma. Also scratch within the frame") \
     X(OUT_SPEC_SH0, NRD_FORMAT_RGBA16_FLOAT, "the same for the specular lobe") \
     X(OUT_SPEC_SH1, NRD_FORMAT_RGBA16_FLOAT, "the same for the specular lobe") \
-    X(OUT_VALIDATION, NRD_FORMAT_RGBA8_UNORM, "4 x 4 small pictures of what a denoiser gets and remembers (NRD_FEATURE_VALIDATION, nrd_frame.validation)")
+    X(OUT_VALIDATION, NRD_FORMAT_RGBA8_UNORM, "4 x 4 small pictures of what a denoiser gets and remembers (NRD_FEATURE_VALIDATION, nrd_frame.validation)") \
+    X(IN_SPEC_MV, 0, "motion of what is reflected, for objects that move in mirrors: see NRD_SPECULAR_MOTION_IMAGE and _HIT; RGBA16F")
 typedef enum nrd_resource {
 #define NRDI_X(name, format, text) NRD_RESOURCE_##name,
     NRD_RESOURCES(NRDI_X)
@@ -2662,7 +2662,7 @@ static void nrdi_explain_inputs(const nrd *n, const nrdi_state *s, uint32_t on, 
                 if (!why_not && nrdi_bound(use, on) != r) why_not = nrdi_why_not(&n->desc, use->condition, on);
                 used = true;
                 needed |= !why_not;
-                why = why_not ? why_not : why;
+                if (!why) why = why_not;   /* of the first pass that would use it: the last ones only look */
             }
         nrd_explanation item = { "input", nrd_resource_name((nrd_resource)r), (uint32_t)(s - n->states), needed, needed ? NULL : why, 0, 0 };
         if (used) nrdi_offer(search, item);
