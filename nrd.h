@@ -2123,7 +2123,7 @@ static nrdi_view nrdi_resolve_view(const nrd_camera *c, nrd_clip_y clip_y, uint3
     const float *p = c->view_to_clip, *w = c->world_to_view;
     double flip = nrdi_is_right_handed(p) ? -1 : 1;
     bool up = clip_y == NRD_CLIP_Y_AUTO ? p[5] > 0 : clip_y == NRD_CLIP_Y_UP;
-    double flips[3] = { 1, (p[5] > 0) == up ? 1 : -1, flip };   /* y of the view may point down the picture */
+    double flips[3] = { 1, (p[5] > 0) == up ? 1.0 : -1.0, flip };   /* y of the view may point down the picture */
     for (int row = 0; row < 3; row++)
         for (int k = 0; k < 3; k++) v.rotation[3 * row + k] = w[4 * k + row] * flips[row];
     double t[3] = { w[12], w[13] * flips[1], w[14] * flip };
