@@ -1852,6 +1852,16 @@ static nrd_result nrdi_check_compiled_in(const nrd_desc *d, nrd_denoiser denoise
     return nrdi_tell(d, NRD_SEVERITY_ERROR, NRD_RESULT_UNKNOWN_DENOISER, t.s);
 }
 
+static nrd_result nrdi_check_unique(const nrd_desc *d, uint32_t i)
+{
+    nrdi_text t = { { 0 }, 0 };
+    uint32_t k = 0;
+    while (d->denoisers[k].identifier != d->denoisers[i].identifier) k++;
+    if (k == i) return NRD_RESULT_OK;
+    nrdi_put(&t, "nrd_desc.denoisers: identifier "); nrdi_put_uint(&t, d->denoisers[i].identifier); nrdi_put(&t, " appears twice");
+    return nrdi_tell(d, NRD_SEVERITY_ERROR, NRD_RESULT_DUPLICATE_IDENTIFIER, t.s);
+}
+
 static nrd_result nrdi_check_desc(const nrd_desc *d)
 {
     nrd_result r = nrdi_check_version(d);
@@ -1870,9 +1880,7 @@ static nrd_result nrdi_check_desc(const nrd_desc *d)
     for (uint32_t i = 0; i < d->denoiser_count; i++) {
         if ((r = nrdi_check_range(d, "nrd_desc", "denoisers[].denoiser", d->denoisers[i].denoiser, 0, NRD_DENOISER_COUNT - 1))) return r;
         if ((r = nrdi_check_compiled_in(d, nrdi_reduce(d->denoisers[i].denoiser, d->absent)))) return r;
-        for (uint32_t k = 0; k < i; k++)
-            if (d->denoisers[k].identifier == d->denoisers[i].identifier)
-                return nrdi_tell(d, NRD_SEVERITY_ERROR, NRD_RESULT_DUPLICATE_IDENTIFIER, "nrd_desc.denoisers: an identifier appears twice");
+        if ((r = nrdi_check_unique(d, i))) return r;
     }
     return NRD_RESULT_OK;
 }
