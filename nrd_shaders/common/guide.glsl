@@ -57,8 +57,6 @@ vec3 guide_fine_direction(uvec2 guide)
     return vec3(oct.x + (oct.x >= 0.0 ? -fold : fold), oct.y + (oct.y >= 0.0 ? -fold : fold), z);
 }
 
-vec3 guide_normal(uint code) { return normalize(guide_direction(code)); }
-
 /* 1 - cos of the angle to a unit normal; slightly negative by rounding at most. */
 float guide_bend(uint code, vec3 normal)
 {

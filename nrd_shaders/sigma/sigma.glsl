@@ -134,8 +134,7 @@ LightFrame make_light_frame(vec3 position_vs, vec3 normal_vs)
     return f;
 }
 
-/* Where on the plane, counted in pixels at the centre's depth, a pixel this far away looks; and the reverse. */
-vec2 pixels_to_plane(LightFrame f, vec2 offset) { return offset / max(1.0 - dot(f.deepening, offset), 0.1); }
+/* How many pixels off the centre a point of the plane is seen; offset: its distance in pixels at the centre's depth. */
 vec2 plane_to_pixels(LightFrame f, vec2 offset) { return offset / max(1.0 + dot(f.deepening, offset), 0.1); }
 
 float across_squared(LightFrame f, vec2 offset)
