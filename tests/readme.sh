@@ -182,9 +182,13 @@ is_denoiser() { grep -qE "^    X\($(echo "$1" | tr a-z A-Z), \"$(echo "$1" | tr 
 refused_by is_denoiser < "$work/names"
 report $? "$(wc -l < "$work/names") names of denoisers"
 
+# Headings as links call them: lower case, without punctuation, spaces as dashes.
+is_heading() { sed -n 's/^###* //p' README.md | tr A-Z a-z | sed -e 's/[^a-z0-9 -]//g' -e 's/ /-/g' | grep -qx -e "$1"; }
+
 # Paths: links, and what is between backquotes and has a slash or the ending of a source. Those of build/ are made by rules of the Makefile.
 is_path() {
     case $1 in
+        \#*) is_heading "${1#?}" ;;
         build/nrd-sdk/ | nrd_spirv.h) return 0 ;; # laid out by make dist, which dist.sh tests
         build/nrd-*) [ -s "examples/$(basename "$1" | tr - _).c" ] ;;
         *) [ -e "$1" ] || [ -e "nrd_shaders/$1" ] || [ -e "examples/$1" ] ;;
