@@ -2174,6 +2174,12 @@ static void nrdi_fill_matrices(nrd_constants *c, const nrdi_view *now, const nrd
     nrdi_put_matrix(c->view_to_view_prev, between, delta);
 }
 
+static uint32_t nrdi_frame_flags(const nrd_frame *f)
+{
+    return (f->history_confidence_available ? NRD_FLAG_HISTORY_CONFIDENCE : 0) | (f->disocclusion_threshold_mix_available ? NRD_FLAG_DISOCCLUSION_MIX : 0)
+         | (f->specular_motion ? NRD_FLAG_SPECULAR_MOTION : 0) | (f->specular_motion == NRD_SPECULAR_MOTION_HIT ? NRD_FLAG_SPECULAR_MOTION_HIT : 0);
+}
+
 static void nrdi_fill_frame(const nrd *n, nrd_constants *c)
 {
     const nrd_frame *f = &n->frame;
@@ -2208,8 +2214,7 @@ static void nrdi_fill_frame(const nrd *n, nrd_constants *c)
     c->disocclusion_threshold_alternate = f->disocclusion_threshold_alternate + jitter;
     c->split_screen = f->split_screen;
     c->motion_mode = f->motion_mode;
-    c->flags = (f->history_confidence_available ? NRD_FLAG_HISTORY_CONFIDENCE : 0) | (f->disocclusion_threshold_mix_available ? NRD_FLAG_DISOCCLUSION_MIX : 0)
-             | (f->specular_motion ? NRD_FLAG_SPECULAR_MOTION : 0) | (f->specular_motion == NRD_SPECULAR_MOTION_HIT ? NRD_FLAG_SPECULAR_MOTION_HIT : 0);
+    c->flags = nrdi_frame_flags(f);
 }
 
 static bool nrdi_has_directions(const nrdi_denoiser_row *row)
@@ -2575,8 +2580,7 @@ static uint32_t nrdi_current_conditions(const nrd *n, const nrdi_state *s)
     memset(&now.constants, 0, sizeof now.constants);
     if (s->row->family == NRDI_FAMILY_REBLUR) nrdi_fill_reblur(&s->settings.reblur, 1, &now.constants);
     if (s->row->family == NRDI_FAMILY_OCCLUSION) nrdi_fill_occlusion(&s->settings.occlusion, 1, &now.constants);
-    now.constants.flags |= (n->frame.history_confidence_available ? NRD_FLAG_HISTORY_CONFIDENCE : 0)
-                         | (n->frame.disocclusion_threshold_mix_available ? NRD_FLAG_DISOCCLUSION_MIX : 0);
+    now.constants.flags |= nrdi_frame_flags(&n->frame);
     nrdi_apply_absent(n->desc.absent, &now.constants);
     return nrdi_conditions(n, &now);
 }

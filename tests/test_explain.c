@@ -90,6 +90,20 @@ static void declared_features_wait_for_their_frame_settings(void **state)
     nrd_destroy(instance);
 }
 
+static void motion_of_reflections_is_an_input_while_the_frame_says_so(void **state)
+{
+    const nrd_denoiser denoiser = NRD_DENOISER_REBLUR_SPECULAR;
+    spy s;
+    (void)state;
+    nrd *instance = create(&s, &denoiser, 1, NRD_FEATURE_SPECULAR_MOTION, 0);
+    assert_item(instance, "input", "IN_SPEC_MV", "specular_motion is 0");
+    nrd_frame frame = still_frame(1);
+    frame.specular_motion = NRD_SPECULAR_MOTION_HIT;
+    assert_int_equal(nrd_set_frame(instance, &frame), NRD_RESULT_OK);
+    assert_item(instance, "input", "IN_SPEC_MV", NULL);
+    nrd_destroy(instance);
+}
+
 /* What the explanation says is what happens: the same passes are dispatched, the same inputs bound, and the bytes add up. */
 static void assert_true_of(nrd *instance)
 {
@@ -244,6 +258,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(passes_textures_and_inputs_are_left_out_for_the_declaration_or_setting_that_does_not_need_them),
         cmocka_unit_test(declared_features_wait_for_their_frame_settings),
+        cmocka_unit_test(motion_of_reflections_is_an_input_while_the_frame_says_so),
         cmocka_unit_test(the_explanation_agrees_with_the_dispatches_of_every_denoiser),
         cmocka_unit_test(an_absent_signal_saves_the_difference_between_the_denoisers),
         cmocka_unit_test(every_format_has_every_item),
