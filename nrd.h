@@ -2234,8 +2234,6 @@ static void nrdi_fill_materials(const nrd *n, const nrdi_state *s, nrd_constants
     c->strand_thickness = n->frame.strand_thickness;
     c->materials = n->frame.strand_material_id << NRD_MATERIAL_STRAND | n->frame.camera_attached_reflection_material_id << NRD_MATERIAL_CAMERA_ATTACHED;
     if (s->row->family != NRDI_FAMILY_REBLUR) return;
-    if (nrdi_has_directions(s->row))
-        c->flags &= ~(NRD_FLAG_RECONSTRUCTION | NRD_FLAG_WIDE_RECONSTRUCTION | NRD_FLAG_DIFFUSE_CHECKERBOARD | NRD_FLAG_SPECULAR_CHECKERBOARD);
     for (uint32_t p = 0; p < nrdi_pass_count(s->row); p++) {
         diffuse |= nrdi_pass_uses(&s->row->passes[p], NRDI_DIFF_HISTORY);
         specular |= nrdi_pass_uses(&s->row->passes[p], NRDI_SPEC_HISTORY);
@@ -2252,8 +2250,17 @@ static uint32_t nrdi_checkerboard_flags(uint32_t diffuse, uint32_t specular)
          | (specular ? NRD_FLAG_SPECULAR_CHECKERBOARD : 0) | (specular == 2 ? NRD_FLAG_SPECULAR_WHITE : 0);
 }
 
-static void nrdi_fill_reblur(const nrd_reblur_settings *s, float resolution_scale, nrd_constants *c)
+/* Sparse inputs: a checkerboard needs no reconstruction; denoisers with directions take neither. */
+static uint32_t nrdi_sparse_flags(const nrdi_denoiser_row *row, const nrd_reblur_settings *s)
 {
+    if (nrdi_has_directions(row)) return 0;
+    if (s->diffuse_checkerboard || s->specular_checkerboard) return nrdi_checkerboard_flags(s->diffuse_checkerboard, s->specular_checkerboard);
+    return (s->hit_distance_reconstruction > 0 ? NRD_FLAG_RECONSTRUCTION : 0) | (s->hit_distance_reconstruction > 1 ? NRD_FLAG_WIDE_RECONSTRUCTION : 0);
+}
+
+static void nrdi_fill_reblur(const nrdi_state *state, float resolution_scale, nrd_constants *c)
+{
+    const nrd_reblur_settings *s = &state->settings.reblur;
     c->hit_distance[0] = s->hit_distance_a;
     c->hit_distance[1] = s->hit_distance_b;
     c->hit_distance[2] = s->hit_distance_c;
@@ -2276,9 +2283,7 @@ static void nrdi_fill_reblur(const nrd_reblur_settings *s, float resolution_scal
     c->flags |= (s->return_history_length_instead_of_occlusion ? NRD_FLAG_RETURN_HISTORY : 0)
               | (s->antilag_sensitivity > 0 ? NRD_FLAG_ANTILAG : 0) | (s->diffuse_prepass_blur_radius > 0 ? NRD_FLAG_PREPASS : 0)
               | (s->specular_prepass_blur_radius > 0 ? NRD_FLAG_SPECULAR_PREPASS : 0)
-              | nrdi_checkerboard_flags(s->diffuse_checkerboard, s->specular_checkerboard);
-    if (!s->diffuse_checkerboard && !s->specular_checkerboard)
-        c->flags |= (s->hit_distance_reconstruction > 0 ? NRD_FLAG_RECONSTRUCTION : 0) | (s->hit_distance_reconstruction > 1 ? NRD_FLAG_WIDE_RECONSTRUCTION : 0);
+              | nrdi_sparse_flags(state->row, s);
 }
 
 static void nrdi_fill_occlusion(const nrd_occlusion_settings *s, float resolution_scale, nrd_constants *c)
@@ -2364,7 +2369,7 @@ static void nrdi_fill_constants(const nrd *n, nrdi_state *s)
         float x = (float)n->frame.rect_width / (float)n->desc.width, y = (float)n->frame.rect_height / (float)n->desc.height;
         if (s->row->family == NRDI_FAMILY_OCCLUSION) nrdi_fill_occlusion(&s->settings.occlusion, x < y ? x : y, c);
         else if (s->row->family == NRDI_FAMILY_SIGMA) nrdi_fill_sigma(n, &s->settings.sigma, c);
-        else nrdi_fill_reblur(&s->settings.reblur, x < y ? x : y, c);
+        else nrdi_fill_reblur(s, x < y ? x : y, c);
         nrdi_fill_materials(n, s, c);
     }
     nrdi_apply_absent(n->desc.absent, c);
@@ -2578,7 +2583,7 @@ static uint32_t nrdi_current_conditions(const nrd *n, const nrdi_state *s)
 {
     nrdi_state now = *s;
     memset(&now.constants, 0, sizeof now.constants);
-    if (s->row->family == NRDI_FAMILY_REBLUR) nrdi_fill_reblur(&s->settings.reblur, 1, &now.constants);
+    if (s->row->family == NRDI_FAMILY_REBLUR) nrdi_fill_reblur(s, 1, &now.constants);
     if (s->row->family == NRDI_FAMILY_OCCLUSION) nrdi_fill_occlusion(&s->settings.occlusion, 1, &now.constants);
     now.constants.flags |= nrdi_frame_flags(&n->frame);
     nrdi_apply_absent(n->desc.absent, &now.constants);
