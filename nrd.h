@@ -204,15 +204,15 @@ extern "C" {
     X(MOTION_IF_NEGATED, 67) X(MOTION_IF_PIXELS, 68) X(MOTION_IF_CLIP, 69) X(MOTION_IF_CLIP_Y_DOWN, 70) X(MOTION_IF_Y_FLIPPED, 71) X(MOTION_IF_SCALED_TWICE, 72) \
     X(MOTION_IF_TRANSPOSED, 73) X(MOTION_ZERO, 74) X(DEPTH_IF_NEGATED, 75) X(DEPTH_ZERO, 76)
 
-/* Which signals the checker looks at (nrd_push.iteration): radiance and hit distances of the diffuse lobe, the specular one or both; .. */
+/* Which signals the checker looks at (the push constant `iteration`): radiance and hit distances of the diffuse lobe, the specular one or both; .. */
 #define NRD_SIGNALS_RADIANCE    0u /* + 0, 1, 2 */
 #define NRD_SIGNALS_HIT_DIST    3u /* + 0, 1, 2 */
 #define NRD_SIGNALS_DIRECTION   6u
 #define NRD_SIGNALS_SHADOW      7u
 #define NRD_SIGNALS_TRANSLUCENT_SHADOW 8u
 
-/* Push constants of every pass: 16 bytes. */
-#define NRD_PUSH_CONSTANTS(X) X(int, step_size) X(uint, iteration) X(uint, last) X(uint, unused)
+/* Push constants of every pass. */
+#define NRD_PUSH_CONSTANTS(X) X(int, step_size) X(uint, iteration)
 /* >>shared end */
 
 /* ---------------------------------------------------------------------------------------------------------------------------
@@ -590,7 +590,7 @@ typedef struct nrd_constants { NRD_CONSTANTS(NRDI_X) } nrd_constants;
 #undef NRDI_X
 
 /* One compute pipeline: descriptor set 0 has the uniform buffer at binding 0, then binding i + 1 is bindings[i] of its dispatches:
-   a combined image sampler for reads, a storage image for writes; 16 bytes of push constants; NRD_SPEC_CONSTANTS. */
+   a combined image sampler for reads, a storage image for writes; 8 bytes of push constants; NRD_SPEC_CONSTANTS. */
 typedef struct nrd_pipeline {
     const char *shader;            /* module name, as in nrd_spirv.h */
     uint32_t binding_count;
@@ -658,7 +658,7 @@ typedef struct nrd_dispatch {
     const nrd_binding *bindings;    /* what is both read and written here is read by the thread alone that writes it */
     uint32_t binding_count;
     const void *constants;          /* nrd_info.constant_bytes bytes; equal pointers mean equal contents within one call */
-    int32_t push[4];
+    int32_t push[2];                /* NRD_PUSH_CONSTANTS */
     uint32_t groups_x, groups_y;
 } nrd_dispatch;
 /* The dispatches of the given denoisers (NULL and 0: all), to be executed in this order, each after the writes of those before it.

@@ -208,7 +208,7 @@ static VKAPI_ATTR void VKAPI_CALL watch_sets(VkCommandBuffer cmd, VkPipelineBind
 static VKAPI_ATTR void VKAPI_CALL watch_push(VkCommandBuffer cmd, VkPipelineLayout layout, VkShaderStageFlags stages, uint32_t offset, uint32_t size, const void *values)
 {
     commands.pushes++;
-    commands.wrong += stages != VK_SHADER_STAGE_COMPUTE_BIT || offset != 0 || size != 16;
+    commands.wrong += stages != VK_SHADER_STAGE_COMPUTE_BIT || offset != 0 || size != sizeof ((nrd_dispatch *)0)->push;
     REAL(vkCmdPushConstants)(cmd, layout, stages, offset, size, values);
 }
 

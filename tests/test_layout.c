@@ -165,7 +165,7 @@ static void the_constant_block_ends_on_a_multiple_of_16_bytes(void **state)
     nrd_destroy(instance);
 }
 
-static void push_constants_are_the_16_bytes_of_nrd_dispatch(void **state)
+static void push_constants_are_those_of_nrd_dispatch(void **state)
 {
     static const char *const types[] = {
 #define LIST_PUSH(type, name) #type,
@@ -174,8 +174,7 @@ static void push_constants_are_the_16_bytes_of_nrd_dispatch(void **state)
     const uint32_t count = sizeof types / sizeof types[0];
     const nrd_dispatch *dispatch = NULL;
     (void)state;
-    assert_int_equal(sizeof dispatch->push, 16);
-    assert_int_equal(count, 4);
+    assert_int_equal(sizeof dispatch->push, 4 * count);
     for (uint32_t i = 0; i < nrd_spirv_count; i++) {
         const spirv_module *m = module_of(i);
         if (m->push.member_count == 0) continue;   /* not used by this pass */
@@ -314,7 +313,7 @@ int main(void)
         cmocka_unit_test(specialization_constants_have_the_documented_ids),
         cmocka_unit_test(every_module_lays_out_the_constants_as_c_does),
         cmocka_unit_test(the_constant_block_ends_on_a_multiple_of_16_bytes),
-        cmocka_unit_test(push_constants_are_the_16_bytes_of_nrd_dispatch),
+        cmocka_unit_test(push_constants_are_those_of_nrd_dispatch),
         cmocka_unit_test(bindings_have_the_kinds_that_the_pipelines_promise),
         cmocka_unit_test(storage_formats_and_integer_samplers_fit_what_is_bound),
         cmocka_unit_test(linear_sampling_is_asked_of_float_textures_only),

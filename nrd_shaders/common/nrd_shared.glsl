@@ -129,12 +129,12 @@
     X(MOTION_IF_NEGATED, 67) X(MOTION_IF_PIXELS, 68) X(MOTION_IF_CLIP, 69) X(MOTION_IF_CLIP_Y_DOWN, 70) X(MOTION_IF_Y_FLIPPED, 71) X(MOTION_IF_SCALED_TWICE, 72) \
     X(MOTION_IF_TRANSPOSED, 73) X(MOTION_ZERO, 74) X(DEPTH_IF_NEGATED, 75) X(DEPTH_ZERO, 76)
 
-/* Which signals the checker looks at (nrd_push.iteration): radiance and hit distances of the diffuse lobe, the specular one or both; .. */
+/* Which signals the checker looks at (the push constant `iteration`): radiance and hit distances of the diffuse lobe, the specular one or both; .. */
 #define NRD_SIGNALS_RADIANCE    0u /* + 0, 1, 2 */
 #define NRD_SIGNALS_HIT_DIST    3u /* + 0, 1, 2 */
 #define NRD_SIGNALS_DIRECTION   6u
 #define NRD_SIGNALS_SHADOW      7u
 #define NRD_SIGNALS_TRANSLUCENT_SHADOW 8u
 
-/* Push constants of every pass: 16 bytes. */
-#define NRD_PUSH_CONSTANTS(X) X(int, step_size) X(uint, iteration) X(uint, last) X(uint, unused)
+/* Push constants of every pass. */
+#define NRD_PUSH_CONSTANTS(X) X(int, step_size) X(uint, iteration)
