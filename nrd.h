@@ -19,12 +19,24 @@
    6. When the images get another size: nrd_resize. History is kept.
    7. nrd_destroy.
 
+   DECLARED AT CREATION
+   features     NRD_FEATURE_ bits, optional inputs and passes. What is not declared is not compiled, bound or allocated; settings that need it
+                are refused by name.
+   absent       NRD_ABSENT_ bits, promises of what will never be needed: what only that needs disappears. A kept promise changes no bit.
+
+   LOOKING INSIDE
+   nrd_explain      what is kept and left out under what is declared and set now, why, and what that costs or saves.
+   nrd_check_rule   with NRD_FEATURE_CHECK: names what is wrong with the inputs, in which share of the pixels, and the likely cause.
+   nrd_frame.validation   with NRD_FEATURE_VALIDATION: draws what a denoiser gets and remembers into OUT_VALIDATION.
+   nrd_settings_preset, nrd_suggest   settings on the measured front of error against time; the best ones for a budget.
+
    CONVENTIONS
    matrices     column-major float[16], column vectors: p_clip = view_to_clip * world_to_view * p_world. Element (row r, column c) is
                 m[4 * c + r]. Row-major with row vectors has the same bytes. view_to_clip is not jittered; perspective or orthographic, left- or
                 right-handed, z/w in [0,1], normal or reversed, infinite far plane allowed: all of it is read off the matrix.
    uv           (pixel + 0.5) / rect, y down, row 0 is the top of the picture.
    clip y       NRD_CLIP_Y_AUTO takes view space as +y up: view_to_clip[5] > 0 is "clip y up" (D3D, GL), < 0 "clip y down" (Vulkan).
+                Where y of the view points down, say NRD_CLIP_Y_UP or NRD_CLIP_Y_DOWN.
    view z       IN_VIEWZ * view_z_scale, either sign; abs() of it is used. Sky: any value with abs >= denoising_range.
    motion       previous minus current, not jittered: 2D   uv_prev = uv + motion.xy,
                 2.5D  also view_z_prev = view_z + motion.z (same sign as view z; use this), world   X_prev = X + motion.xyz.
@@ -42,7 +54,8 @@
 
    STABILITY
    Numbers of enumerators and bits never change; new ones come last, and _COUNT grows. Structs may change at a release: name members in
-   initialisers, begin with the ..._defaults functions. Whoever compiles the implementation apart from its callers sets struct_version.
+   initialisers, begin with the ..._defaults functions. Whoever compiles the implementation apart from its callers sets struct_version to
+   NRD_STRUCT_VERSION: structs of another header are then refused (NRD_RESULT_WRONG_VERSION). nrd_version() is the implementation's release.
    CHANGELOG.md says of everything removed what to write instead.
 
    NAMES
@@ -99,17 +112,17 @@ extern "C" {
 #define NRD_SPECULAR_MOTION_HIT   2
 
 /* Optional inputs and passes an app may declare in nrd_desc.features; what is not declared is not compiled, bound or allocated. */
-#define NRD_FEATURE_HISTORY_CONFIDENCE         1
-#define NRD_FEATURE_DISOCCLUSION_THRESHOLD_MIX 2
-#define NRD_FEATURE_PREPASS                    4
-#define NRD_FEATURE_SPLIT_SCREEN               8
-#define NRD_FEATURE_HIT_DISTANCE_RECONSTRUCTION 16
-#define NRD_FEATURE_CHECKERBOARD              32
-#define NRD_FEATURE_CHECK                     64 /* counts what is wrong with the inputs: nrd_check_rule */
-#define NRD_FEATURE_VALIDATION               128 /* nrd_frame.validation draws inputs and histories into OUT_VALIDATION */
-#define NRD_FEATURE_SPECULAR_MOTION          256
-#define NRD_FEATURE_MATERIALS                512
-#define NRD_FEATURE_ALL                     1023
+#define NRD_FEATURE_HISTORY_CONFIDENCE           1 /* IN_DIFF_CONFIDENCE, IN_SPEC_CONFIDENCE */
+#define NRD_FEATURE_DISOCCLUSION_THRESHOLD_MIX   2 /* IN_DISOCCLUSION_THRESHOLD_MIX */
+#define NRD_FEATURE_PREPASS                      4 /* diffuse_prepass_blur_radius, specular_prepass_blur_radius */
+#define NRD_FEATURE_SPLIT_SCREEN                 8 /* nrd_frame.split_screen */
+#define NRD_FEATURE_HIT_DISTANCE_RECONSTRUCTION 16 /* hit_distance_reconstruction */
+#define NRD_FEATURE_CHECKERBOARD                32 /* diffuse_checkerboard, specular_checkerboard */
+#define NRD_FEATURE_CHECK                       64 /* counts what is wrong with the inputs: nrd_check_rule */
+#define NRD_FEATURE_VALIDATION                 128 /* nrd_frame.validation draws inputs and histories into OUT_VALIDATION */
+#define NRD_FEATURE_SPECULAR_MOTION            256 /* IN_SPEC_MV, nrd_frame.specular_motion */
+#define NRD_FEATURE_MATERIALS                  512 /* min_material_for_ of each signal, strand and camera-attached materials */
+#define NRD_FEATURE_ALL                       1023
 
 /* What an app may promise in nrd_desc.absent; passes, textures, inputs and code that only this would need disappear. NRD_ABSENCES says
    what each means. */
@@ -361,9 +374,9 @@ NRD_DECL bool nrd_format_is_uint(nrd_format format);
     X(float, motion_scale_z, 1.0f, -1e6f, 1e6f, "", "multiplies IN_MV.z") \
     X(uint, validation, 0, 0, 64, "", "n: OUT_VALIDATION shows the n-th of nrd_desc.denoisers; 0: none (needs NRD_FEATURE_VALIDATION)") \
     X(uint, restart, 0, 0, 1, "", "1: forget all history (camera cut)") \
-    X(uint, history_confidence_available, 0, 0, 1, "", "1: IN_DIFF_CONFIDENCE is bound (needs NRD_FEATURE_HISTORY_CONFIDENCE)") \
+    X(uint, history_confidence_available, 0, 0, 1, "", "1: IN_DIFF_CONFIDENCE and IN_SPEC_CONFIDENCE are bound, as far as the signals exist (needs NRD_FEATURE_HISTORY_CONFIDENCE)") \
     X(uint, disocclusion_threshold_mix_available, 0, 0, 1, "", "1: IN_DISOCCLUSION_THRESHOLD_MIX is bound (needs the feature)") \
-    X(uint, specular_motion, NRD_SPECULAR_MOTION_NONE, 0, 2, "", "what IN_SPEC_MV holds, NRD_SPECULAR_MOTION_IMAGE or _HIT; 0: it is not bound (needs NRD_FEATURE_SPECULAR_MOTION)") \
+    X(uint, specular_motion, NRD_SPECULAR_MOTION_NONE, 0, 2, "", "what IN_SPEC_MV holds, NRD_SPECULAR_MOTION_IMAGE or _HIT; 0: it is not bound; REBLUR_SPECULAR and REBLUR_DIFFUSE_SPECULAR read it (needs NRD_FEATURE_SPECULAR_MOTION)") \
     X(uint, strand_material_id, 4, 0, 4, "", "material id of hair and grass: the thinner a strand against a pixel, the more disocclusion_threshold_alternate counts, and nearly all history where parallax is below a pixel; 4 none (needs NRD_FEATURE_MATERIALS)") \
     X(float, strand_thickness, 80e-6f, 1e-7f, 1e3f, "units", "of one strand of that material") \
     X(uint, camera_attached_reflection_material_id, 4, 0, 4, "", "material id of mirrors that show what moves with the camera: their reflections follow the surface; 4 none (needs NRD_FEATURE_MATERIALS)")

@@ -4,15 +4,16 @@
        #define NRD_IMPLEMENTATION
        #define NRD_VK_IMPLEMENTATION
        #include "nrd_vk.h"
-   The implementation includes nrd_spirv.h (all passes as arrays; of the denoisers that are compiled in, see nrd.h), which comes with the distribution. Vulkan is reached only
-   through the function pointers in nrd_vk_desc: works with VK_NO_PROTOTYPES, volk or static linking, nothing is linked. A
-   loader that demands VK_NO_PROTOTYPES before the first Vulkan header demands it here too.
+   The implementation includes nrd_spirv.h, which comes with the distribution: the passes of all denoisers that are compiled in (NRD_ONLY_ and
+   NRD_NO_ of nrd.h) as arrays. Vulkan is reached only through the function pointers in nrd_vk_desc: works with VK_NO_PROTOTYPES, volk or
+   static linking, nothing is linked. A loader that demands VK_NO_PROTOTYPES before the first Vulkan header demands it here too.
 
    WHAT IT DOES NOT DO
    It creates no instance, device, queue or command buffer, submits nothing, waits for nothing, and copies no user image.
 
    STEP BY STEP (examples/minimal.c is a whole program)
-   1. nrd_create (nrd.h); nrd_vk_requirements says what the device must have, nrd_vk_check_device whether it does.
+   1. nrd_create (nrd.h); nrd_vk_requirements says what the device must have, nrd_vk_check_device whether it does, nrd_vk_memory_needs
+      how many bytes of it nrd_vk_create will take.
    2. nrd_vk_create with instance, device and vkGetInstanceProcAddr. No device feature or extension needs to be enabled.
    3. Create the images that nrd_uses_resource() names: IN_ with VK_IMAGE_USAGE_SAMPLED_BIT, OUT_ with SAMPLED and STORAGE, in the
       format nrd_vk_format(nrd_resource_format(resource)).
@@ -20,6 +21,8 @@
       render pass, for a queue with VK_QUEUE_COMPUTE_BIT.
    5. When the window gets another size: nrd_vk_resize. History is kept.
    6. When the device is done with everything recorded: nrd_vk_destroy, then nrd_destroy.
+   For a slot that the device has finished: nrd_vk_timings (with NRD_VK_TIMESTAMPS) tells the time of each pass, nrd_vk_counters (with
+   NRD_FEATURE_CHECK) what the input checker has counted.
 
    FRAMES IN FLIGHT
    nrd_vk_frame.slot counts 0 .. frames_in_flight - 1: whatever was recorded last with a slot must have finished on the device
@@ -35,12 +38,12 @@
 
    COMMAND BUFFER
    Primary or secondary. nrd_vk_record calls vkCmdPipelineBarrier, vkCmdBindPipeline, vkCmdBindDescriptorSets, vkCmdPushConstants and
-   vkCmdDispatch; in the first recording, and the first after a resize, vkCmdClearColorImage; with NRD_FEATURE_CHECK vkCmdCopyImageToBuffer into
-   memory of its own; with NRD_VK_TIMESTAMPS vkCmdResetQueryPool and
-   vkCmdWriteTimestamp on a pool of its own; with NRD_VK_DEBUG_NAMES labels that it closes again. It leaves changed: the compute pipeline,
-   descriptor sets of the compute bind point, push constants, and the layouts of the images in the list. State of graphics and ray tracing
-   stays, as do the app's descriptor pools: it has one of its own. Ownership between queue families is not transferred: images that are not
-   shared belong to the family of the command buffer before and after.
+   vkCmdDispatch; in the first recording, and the first after a resize, vkCmdClearColorImage; with NRD_FEATURE_CHECK
+   vkCmdCopyImageToBuffer into memory of its own; with NRD_VK_TIMESTAMPS vkCmdResetQueryPool and vkCmdWriteTimestamp on a pool of its own;
+   with NRD_VK_DEBUG_NAMES labels that it closes again. It leaves changed: the compute pipeline, descriptor sets of the compute bind point,
+   push constants, and the layouts of the images in the list. State of graphics and ray tracing stays, as do the app's descriptor pools:
+   it has one of its own. Ownership between queue families is not transferred: images that are not shared belong to the family of the
+   command buffer before and after.
 
    MEMORY
    Host: one block, taken in nrd_vk_create, and a small one for each resize. Device: three blocks (history, scratch of one frame,
@@ -49,7 +52,8 @@
 
    ERRORS AND THREADS
    As in nrd.h: nrd_result, one line to nrd_desc.message, a call that fails records nothing and leaves no object behind. One
-   nrd_vk is used by one thread at a time; several can share a device.
+   nrd_vk is used by one thread at a time; several can share a device. Where the implementation is compiled apart from its callers, set
+   nrd_vk_desc.struct_version to NRD_VK_STRUCT_VERSION.
 
    MIT licence, see LICENSE. */
 #ifndef NRD_VK_H

@@ -24,17 +24,17 @@
 #define NRD_SPECULAR_MOTION_HIT   2
 
 /* Optional inputs and passes an app may declare in nrd_desc.features; what is not declared is not compiled, bound or allocated. */
-#define NRD_FEATURE_HISTORY_CONFIDENCE         1
-#define NRD_FEATURE_DISOCCLUSION_THRESHOLD_MIX 2
-#define NRD_FEATURE_PREPASS                    4
-#define NRD_FEATURE_SPLIT_SCREEN               8
-#define NRD_FEATURE_HIT_DISTANCE_RECONSTRUCTION 16
-#define NRD_FEATURE_CHECKERBOARD              32
-#define NRD_FEATURE_CHECK                     64 /* counts what is wrong with the inputs: nrd_check_rule */
-#define NRD_FEATURE_VALIDATION               128 /* nrd_frame.validation draws inputs and histories into OUT_VALIDATION */
-#define NRD_FEATURE_SPECULAR_MOTION          256
-#define NRD_FEATURE_MATERIALS                512
-#define NRD_FEATURE_ALL                     1023
+#define NRD_FEATURE_HISTORY_CONFIDENCE           1 /* IN_DIFF_CONFIDENCE, IN_SPEC_CONFIDENCE */
+#define NRD_FEATURE_DISOCCLUSION_THRESHOLD_MIX   2 /* IN_DISOCCLUSION_THRESHOLD_MIX */
+#define NRD_FEATURE_PREPASS                      4 /* diffuse_prepass_blur_radius, specular_prepass_blur_radius */
+#define NRD_FEATURE_SPLIT_SCREEN                 8 /* nrd_frame.split_screen */
+#define NRD_FEATURE_HIT_DISTANCE_RECONSTRUCTION 16 /* hit_distance_reconstruction */
+#define NRD_FEATURE_CHECKERBOARD                32 /* diffuse_checkerboard, specular_checkerboard */
+#define NRD_FEATURE_CHECK                       64 /* counts what is wrong with the inputs: nrd_check_rule */
+#define NRD_FEATURE_VALIDATION                 128 /* nrd_frame.validation draws inputs and histories into OUT_VALIDATION */
+#define NRD_FEATURE_SPECULAR_MOTION            256 /* IN_SPEC_MV, nrd_frame.specular_motion */
+#define NRD_FEATURE_MATERIALS                  512 /* min_material_for_ of each signal, strand and camera-attached materials */
+#define NRD_FEATURE_ALL                       1023
 
 /* What an app may promise in nrd_desc.absent; passes, textures, inputs and code that only this would need disappear. NRD_ABSENCES says
    what each means. */
