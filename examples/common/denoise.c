@@ -366,15 +366,8 @@ static bool check(nrd_result result, const denoise_sink *sink)
     return sink->text && sink->size && sink->text[0] ? false : say(sink->text, sink->size, nrd_result_string(result));
 }
 
-/* The settings struct of any denoiser. */
-typedef union settings_block {
-#define SETTINGS_MEMBER(name, text, settings) settings name;
-    NRD_DENOISERS(SETTINGS_MEMBER)
-#undef SETTINGS_MEMBER
-} settings_block;
-
 /* Defaults, the frame's sun or lamp, and what is given by hand. */
-static void resolve_settings(const denoise_desc *desc, nrd_denoiser owner, const capture *frame, settings_block *out)
+static void resolve_settings(const denoise_desc *desc, nrd_denoiser owner, const capture *frame, any_settings *out)
 {
     const float *at = has_lamp(frame) ? frame->lamp_position : frame->sun_direction;
     const setting_value light[5] = { { "light_x", false, owner, at[0] }, { "light_y", false, owner, at[1] }, { "light_z", false, owner, at[2] },
@@ -435,7 +428,7 @@ nrd *denoise_make_instance(const denoise_desc *desc, const capture *frame, denoi
     nd.message_user = sink;
     bool ok = check(nrd_create(&nd, &instance), sink);
     for (uint32_t i = 0; i < desc->denoiser_count && ok; i++) {
-        settings_block settings;
+        any_settings settings;
         resolve_settings(desc, desc->denoisers[i], frame, &settings);
         ok = check(nrd_set_settings(instance, i, &settings), sink);
     }
@@ -638,7 +631,7 @@ static frame_view view_of(const denoise *d, const capture *frame)
     static const char *const names[4] = { "hit_distance_a", "hit_distance_b", "hit_distance_c", "hit_distance_d" };
     frame_view view = { frame, d->desc.reference_signal, { 0, 0, 1, 0 } };   /* no growth with roughness unless set */
     for (uint32_t i = 0; i < d->desc.denoiser_count; i++) {
-        settings_block settings;
+        any_settings settings;
         resolve_settings(&d->desc, d->desc.denoisers[i], frame, &settings);
         for (int k = 0; k < 4; k++) {
             double value;
@@ -683,7 +676,7 @@ static bool set_settings(denoise *d, const capture *frame)
 {
     bool ok = true;
     for (uint32_t i = 0; i < d->desc.denoiser_count && ok; i++) {
-        settings_block settings;
+        any_settings settings;
         resolve_settings(&d->desc, d->desc.denoisers[i], frame, &settings);
         ok = check(nrd_set_settings(d->instance, i, &settings), &d->sink);
     }
@@ -800,7 +793,7 @@ static bool add_planes(capture *out, const char *prefix, const image *m)
 /* Whether the denoiser's normalised hit distances are the frame's occlusion: have the same parameters, as far as these matter. */
 static bool is_ambient_occlusion(const denoise *d, const output_row *row, const frame_view *view)
 {
-    settings_block settings;
+    any_settings settings;
     double history_length = 0;
     for (uint32_t i = 0; i < d->desc.denoiser_count; i++) {
         resolve_settings(&d->desc, d->desc.denoisers[i], view->frame, &settings);
