@@ -5,9 +5,9 @@
 
 #include "nrd_vk.h"
 
-#include "common/gpu.h"
 #include "common/half.h"
 #include "common/pack.h"
+#include "device.h"
 #include "frame_fixture.h"
 
 /* Which signal of a REBLUR denoiser the rig feeds and looks at. */

@@ -1,36 +1,16 @@
 /* stage.h: any denoiser on a device with all its images, fed with noise over a floor and a wall under a still camera. Define the nrd.h
-   and nrd_vk.h implementations first; stage_open_device and stage_close_device are the group's setup and teardown. */
+   and nrd_vk.h implementations first. */
 #ifndef TESTS_STAGE_H
 #define TESTS_STAGE_H
 
 #include "nrd_vk.h"
 
-#include "common/gpu.h"
 #include "common/half.h"
 #include "common/pack.h"
+#include "device.h"
 #include "frame_fixture.h"
 
 enum { STAGE_WIDTH = 40, STAGE_HEIGHT = 24, STAGE_PIXELS = STAGE_WIDTH * STAGE_HEIGHT, STAGE_IDENTIFIER = 7 };
-
-static gpu stage_device;
-
-static inline int stage_open_device(void **state)
-{
-    char error[256];
-    bool validation = gpu_validation_available();
-    gpu_desc desc = { .validation = validation, .sync_validation = validation };
-    (void)state;
-    if (gpu_open(&stage_device, &desc, error, sizeof error)) return 0;
-    print_error("%s\n", error);
-    return -1;
-}
-
-static inline int stage_close_device(void **state)
-{
-    (void)state;
-    gpu_close(&stage_device);
-    return 0;
-}
 
 typedef struct stage {
     spy spy;
@@ -55,20 +35,20 @@ static inline void stage_open(stage *s, nrd_denoiser denoiser, uint32_t absent, 
     nrd_desc desc = spied_desc(&s->spy, &one, 1, STAGE_WIDTH, STAGE_HEIGHT, 0);
     desc.absent = absent;
     assert_int_equal(nrd_create(&desc, &s->instance), NRD_RESULT_OK);
-    nrd_vk_desc vk = { .instance = s->instance, .vk_instance = stage_device.instance, .physical = stage_device.physical, .device = stage_device.device,
-                       .get_instance_proc = stage_device.get_instance_proc, .frames_in_flight = 1 };
+    nrd_vk_desc vk = { .instance = s->instance, .vk_instance = device.instance, .physical = device.physical, .device = device.device,
+                       .get_instance_proc = device.get_instance_proc, .frames_in_flight = 1 };
     if (memory) vk.allocate_memory = memory->allocate_memory, vk.free_memory = memory->free_memory, vk.memory_user = memory->memory_user;
     assert_int_equal(nrd_vk_create(&vk, &s->vk), NRD_RESULT_OK);
     for (int i = 0; i < NRD_RESOURCE_COUNT; i++)
         if (nrd_uses_resource(s->instance, (nrd_resource)i))
-            assert_true(gpu_image_create(&stage_device, STAGE_WIDTH, STAGE_HEIGHT, stage_format((nrd_resource)i), nrd_resource_name((nrd_resource)i), &s->images[i]));
+            assert_true(gpu_image_create(&device, STAGE_WIDTH, STAGE_HEIGHT, stage_format((nrd_resource)i), nrd_resource_name((nrd_resource)i), &s->images[i]));
 }
 
 static inline void stage_close(stage *s)
 {
     nrd_vk_destroy(s->vk);
     nrd_destroy(s->instance);
-    for (int i = 0; i < NRD_RESOURCE_COUNT; i++) gpu_image_destroy(&stage_device, &s->images[i]);
+    for (int i = 0; i < NRD_RESOURCE_COUNT; i++) gpu_image_destroy(&device, &s->images[i]);
 }
 
 /* Default settings but for those that are to be 0, where the denoiser has them; shadows get a sun. */
@@ -119,7 +99,7 @@ static inline void stage_upload(stage *s, uint32_t frame)
         if (!s->images[i].view || nrd_resource_format((nrd_resource)i) != NRD_FORMAT_ANY) continue;
         stage_fill_noise((nrd_resource)i, frame, texels);
         const void *from = i == NRD_RESOURCE_IN_VIEWZ ? (const void *)z : i == NRD_RESOURCE_IN_NORMAL_ROUGHNESS ? (const void *)normals : (const void *)texels;
-        assert_true(gpu_upload(&stage_device, &s->images[i], from));
+        assert_true(gpu_upload(&device, &s->images[i], from));
     }
 }
 
@@ -136,10 +116,10 @@ static inline void stage_run(stage *s, uint32_t index, void (*before)(VkCommandB
         if (image->view) list[record.image_count++] = given;
     }
     assert_int_equal(nrd_set_frame(s->instance, &frame), NRD_RESULT_OK);
-    VkCommandBuffer cmd = gpu_begin(&stage_device);
+    VkCommandBuffer cmd = gpu_begin(&device);
     if (before) before(cmd);
     assert_int_equal(nrd_vk_record(s->vk, cmd, &record), NRD_RESULT_OK);
-    assert_true(gpu_submit_and_wait(&stage_device));
+    assert_true(gpu_submit_and_wait(&device));
 }
 
 static inline void stage_assert_same(const stage *a, const stage *b, const char *what)
@@ -148,7 +128,7 @@ static inline void stage_assert_same(const stage *a, const stage *b, const char 
     for (int i = 0; i < NRD_RESOURCE_COUNT; i++) {
         if (nrd_resource_format((nrd_resource)i) == NRD_FORMAT_ANY || !b->images[i].view) continue;
         size_t bytes = (size_t)STAGE_PIXELS * gpu_format_size(a->images[i].format);
-        assert_true(gpu_download(&stage_device, &a->images[i], left) && gpu_download(&stage_device, &b->images[i], right));
+        assert_true(gpu_download(&device, &a->images[i], left) && gpu_download(&device, &b->images[i], right));
         if (memcmp(left, right, bytes)) fail_msg("%s changes %s of %s", what, nrd_resource_name((nrd_resource)i),
                                                  nrd_denoiser_name(nrd_get_info(b->instance)->denoisers[0].denoiser));
     }

@@ -21,7 +21,7 @@ static void compare(stage *a, stage *b, const char *what)
     }
     stage_close(a);
     stage_close(b);
-    assert_int_equal(gpu_message_count(&stage_device), 0);
+    assert_int_equal(gpu_message_count(&device), 0);
 }
 
 /* ---------------------------------------------------------------------------------------------------------------------------
@@ -221,5 +221,5 @@ int main(void)
         cmocka_unit_test(every_absence_has_a_name_and_a_text),
         cmocka_unit_test(without_motion_a_new_view_needs_a_restart),
     };
-    return cmocka_run_group_tests(tests, stage_open_device, stage_close_device);
+    return cmocka_run_group_tests(tests, open_validated_device, close_device);
 }

@@ -63,11 +63,11 @@ enum { GAP = 1 << 16 };
 static VkDeviceMemory take(VkDeviceSize bytes, uint32_t types)
 {
     VkDeviceMemory memory = VK_NULL_HANDLE;
-    for (uint32_t i = 0; i < stage_device.memory.memoryTypeCount && !memory; i++) {
+    for (uint32_t i = 0; i < device.memory.memoryTypeCount && !memory; i++) {
         VkMemoryPropertyFlags wanted = VK_MEMORY_PROPERTY_DEVICE_LOCAL_BIT;
         VkMemoryAllocateInfo info = { .sType = VK_STRUCTURE_TYPE_MEMORY_ALLOCATE_INFO, .allocationSize = bytes, .memoryTypeIndex = i };
-        if ((types >> i & 1) && (stage_device.memory.memoryTypes[i].propertyFlags & wanted) == wanted)
-            assert_int_equal(stage_device.fn.vkAllocateMemory(stage_device.device, &info, NULL, &memory), VK_SUCCESS);
+        if ((types >> i & 1) && (device.memory.memoryTypes[i].propertyFlags & wanted) == wanted)
+            assert_int_equal(device.fn.vkAllocateMemory(device.device, &info, NULL, &memory), VK_SUCCESS);
     }
     assert_true(memory != VK_NULL_HANDLE);
     return memory;
@@ -77,10 +77,10 @@ static void create_whole(VkDeviceSize bytes, uint32_t types)
 {
     VkBufferCreateInfo info = { .sType = VK_STRUCTURE_TYPE_BUFFER_CREATE_INFO, .size = bytes, .usage = VK_BUFFER_USAGE_TRANSFER_DST_BIT };
     VkMemoryRequirements needs;
-    assert_int_equal(stage_device.fn.vkCreateBuffer(stage_device.device, &info, NULL, &app.whole), VK_SUCCESS);
-    stage_device.fn.vkGetBufferMemoryRequirements(stage_device.device, app.whole, &needs);
+    assert_int_equal(device.fn.vkCreateBuffer(device.device, &info, NULL, &app.whole), VK_SUCCESS);
+    device.fn.vkGetBufferMemoryRequirements(device.device, app.whole, &needs);
     app.memory[NRD_VK_MEMORY_TRANSIENT] = take(needs.size, types & needs.memoryTypeBits);
-    assert_int_equal(stage_device.fn.vkBindBufferMemory(stage_device.device, app.whole, app.memory[NRD_VK_MEMORY_TRANSIENT], 0), VK_SUCCESS);
+    assert_int_equal(device.fn.vkBindBufferMemory(device.device, app.whole, app.memory[NRD_VK_MEMORY_TRANSIENT], 0), VK_SUCCESS);
 }
 
 static VkResult lend(void *user, nrd_vk_memory_kind kind, const VkMemoryRequirements *needs, nrd_vk_memory *out)
@@ -97,22 +97,22 @@ static VkResult lend(void *user, nrd_vk_memory_kind kind, const VkMemoryRequirem
         l->memory[kind] = take(needs->size, needs->memoryTypeBits);
     }
     out->memory = l->memory[kind];
-    return kind == NRD_VK_MEMORY_CONSTANTS ? stage_device.fn.vkMapMemory(stage_device.device, out->memory, 0, VK_WHOLE_SIZE, 0, &out->mapped) : VK_SUCCESS;
+    return kind == NRD_VK_MEMORY_CONSTANTS ? device.fn.vkMapMemory(device.device, out->memory, 0, VK_WHOLE_SIZE, 0, &out->mapped) : VK_SUCCESS;
 }
 
 static void take_back(void *user, nrd_vk_memory_kind kind, const nrd_vk_memory *memory)
 {
     lender *l = (lender *)user;
     assert_true(memory->memory == l->memory[kind]);
-    if (kind == NRD_VK_MEMORY_TRANSIENT) stage_device.fn.vkDestroyBuffer(stage_device.device, l->whole, NULL);
-    stage_device.fn.vkFreeMemory(stage_device.device, l->memory[kind], NULL);
+    if (kind == NRD_VK_MEMORY_TRANSIENT) device.fn.vkDestroyBuffer(device.device, l->whole, NULL);
+    device.fn.vkFreeMemory(device.device, l->memory[kind], NULL);
     l->asked &= ~(1u << kind);
 }
 
 /* The app's own use of the block between two frames; all ones are NaN in most formats. */
 static void scribble(VkCommandBuffer cmd)
 {
-    PFN_vkCmdFillBuffer fill = (PFN_vkCmdFillBuffer)stage_device.get_device_proc(stage_device.device, "vkCmdFillBuffer");
+    PFN_vkCmdFillBuffer fill = (PFN_vkCmdFillBuffer)device.get_device_proc(device.device, "vkCmdFillBuffer");
     assert_non_null(fill);
     if (app.whole) fill(cmd, app.whole, 0, VK_WHOLE_SIZE, 0xffffffffu);
 }
@@ -121,8 +121,8 @@ static void ask_needs(nrd_denoiser denoiser, VkMemoryRequirements needs[3])
 {
     spy s;
     nrd *instance = create_one(&s, denoiser, STAGE_WIDTH, STAGE_HEIGHT, 0);
-    nrd_vk_desc desc = { .instance = instance, .vk_instance = stage_device.instance, .physical = stage_device.physical, .device = stage_device.device,
-                         .get_instance_proc = stage_device.get_instance_proc, .frames_in_flight = 1 };
+    nrd_vk_desc desc = { .instance = instance, .vk_instance = device.instance, .physical = device.physical, .device = device.device,
+                         .get_instance_proc = device.get_instance_proc, .frames_in_flight = 1 };
     assert_int_equal(nrd_vk_memory_needs(&desc, needs), NRD_RESULT_OK);
     assert_true(needs[NRD_VK_MEMORY_PERMANENT].size >= nrd_get_info(instance)->permanent_bytes);
     assert_int_equal(nrd_vk_memory_needs(&desc, NULL), NRD_RESULT_INVALID_ARGUMENT);
@@ -154,7 +154,7 @@ static void sizes_are_told_before_creation_and_the_app_may_write_over_the_transi
         stage_close(&lent);
         assert_int_equal(app.asked, 0);
     }
-    assert_int_equal(gpu_message_count(&stage_device), 0);
+    assert_int_equal(gpu_message_count(&device), 0);
 }
 
 int main(void)
@@ -163,5 +163,5 @@ int main(void)
         cmocka_unit_test(transient_memory_of_every_pair_is_within_5_percent_of_the_lower_bound),
         cmocka_unit_test(sizes_are_told_before_creation_and_the_app_may_write_over_the_transient_block_between_frames),
     };
-    return cmocka_run_group_tests(tests, stage_open_device, stage_close_device);
+    return cmocka_run_group_tests(tests, open_validated_device, close_device);
 }

@@ -8,25 +8,6 @@
 
 enum { WIDTH = 64, HEIGHT = 48, PIXELS = WIDTH * HEIGHT };
 
-static gpu device;
-
-static int open_device(void **state)
-{
-    char error[256];
-    gpu_desc desc = { 0 };
-    (void)state;
-    if (gpu_open(&device, &desc, error, sizeof error)) return 0;
-    print_error("%s\n", error);
-    return -1;
-}
-
-static int close_device(void **state)
-{
-    (void)state;
-    gpu_close(&device);
-    return 0;
-}
-
 /* ---------------------------------------------------------------------------------------------------------------------------
    Bench  >>bench */
 /* What most tests are run on: each of the lobes, alone and with the other. */

@@ -10,26 +10,6 @@ enum { WIDTH = 128, HEIGHT = 96, CELL_WIDTH = WIDTH / 4, CELL_HEIGHT = HEIGHT / 
 enum { NORMALS, ROUGHNESS, VIEW_Z, MOTION_ERROR, GRID, VIRTUAL_MOTION, FIRST_HISTORY, SECOND_HISTORY, FIRST_HITS, SECOND_HITS, FIRST_SIGNAL, SECOND_SIGNAL,
        MOTION, MATERIAL, RULES, JITTER };
 
-static gpu device;
-
-static int open_device(void **state)
-{
-    char error[256];
-    gpu_desc desc = { .sync_validation = gpu_validation_available() };
-    (void)state;
-    if (gpu_open(&device, &desc, error, sizeof error)) return 0;
-    print_error("%s\n", error);
-    return -1;
-}
-
-static int close_device(void **state)
-{
-    uint32_t messages = gpu_message_count(&device);
-    (void)state;
-    gpu_close(&device);
-    return messages ? -1 : 0;
-}
-
 /* ---------------------------------------------------------------------------------------------------------------------------
    Probing  >>probe */
 typedef struct color { double r, g, b; } color;
@@ -462,5 +442,5 @@ int main(void)
         cmocka_unit_test(reflections_depart_from_their_surface_by_what_is_shown),
         cmocka_unit_test(lengths_of_histories_are_those_that_the_denoisers_tell),
     };
-    return cmocka_run_group_tests(tests, open_device, close_device);
+    return cmocka_run_group_tests(tests, open_validated_device, close_device);
 }

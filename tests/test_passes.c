@@ -7,25 +7,6 @@
 
 enum { WIDTH = 64, HEIGHT = 48 };
 
-static gpu device;
-
-static int open_device(void **state)
-{
-    char error[256];
-    gpu_desc desc = { 0 };
-    (void)state;
-    if (gpu_open(&device, &desc, error, sizeof error)) return 0;
-    print_error("%s\n", error);
-    return -1;
-}
-
-static int close_device(void **state)
-{
-    (void)state;
-    gpu_close(&device);
-    return 0;
-}
-
 /* ---------------------------------------------------------------------------------------------------------------------------
    Scenes  >>scenes */
 static hit sky_hit(void)

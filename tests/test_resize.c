@@ -6,26 +6,6 @@
 
 #include "denoise_rig.h"
 
-static gpu device;
-
-static int open_device(void **state)
-{
-    char error[256];
-    bool validated = gpu_validation_available();
-    gpu_desc desc = { .validation = validated, .sync_validation = validated };
-    (void)state;
-    if (gpu_open(&device, &desc, error, sizeof error)) return 0;
-    print_error("%s\n", error);
-    return -1;
-}
-
-static int close_device(void **state)
-{
-    (void)state;
-    gpu_close(&device);
-    return 0;
-}
-
 /* ---------------------------------------------------------------------------------------------------------------------------
    Scene and signals  >>scene */
 /* A floor under a wall, and a pillar in front of them that hides and uncovers while the camera moves sideways. */
@@ -357,5 +337,5 @@ int main(void)
         cmocka_unit_test(wrong_sizes_and_a_missing_frame_are_refused),
         cmocka_unit_test(the_error_after_a_resize_is_that_of_an_uninterrupted_run),
     };
-    return cmocka_run_group_tests(tests, open_device, close_device);
+    return cmocka_run_group_tests(tests, open_validated_device, close_device);
 }

@@ -19,25 +19,7 @@
 #define ROUGHNESS 0.5f /* of the specular surfaces whose detail is measured */
 enum { WIDTH = 64, HEIGHT = 48, PIXELS = WIDTH * HEIGHT, SECOND_IN = RIG_RADIANCE + 1, SECOND_OUT = RIG_OUT + 1 };
 
-static gpu device;
 static uint16_t directions[4 * PIXELS], moments[4 * PIXELS]; /* the second texels, in and out */
-
-static int open_device(void **state)
-{
-    char error[256];
-    gpu_desc desc = { 0 };
-    (void)state;
-    if (gpu_open(&device, &desc, error, sizeof error)) return 0;
-    print_error("%s\n", error);
-    return -1;
-}
-
-static int close_device(void **state)
-{
-    (void)state;
-    gpu_close(&device);
-    return 0;
-}
 
 /* ---------------------------------------------------------------------------------------------------------------------------
    Scenes  >>scenes */

@@ -8,25 +8,6 @@
 
 enum { WIDTH = 96, HEIGHT = 64, PIXELS = WIDTH * HEIGHT };
 
-static gpu device;
-
-static int open_device(void **state)
-{
-    char error[256];
-    gpu_desc desc = { 0 };
-    (void)state;
-    if (gpu_open(&device, &desc, error, sizeof error)) return 0;
-    print_error("%s\n", error);
-    return -1;
-}
-
-static int close_device(void **state)
-{
-    (void)state;
-    gpu_close(&device);
-    return 0;
-}
-
 /* ---------------------------------------------------------------------------------------------------------------------------
    A world of boxes on a floor  >>world */
 typedef struct box { double low[3], high[3]; } box;
