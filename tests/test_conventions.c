@@ -352,17 +352,14 @@ static const convention turned[] = {
 };
 #define COUNT(rows) (sizeof(rows) / sizeof *(rows))
 
-/* Motion in the world starts from the middle of the pixel, the others from where the ray went. */
-static double tolerance_of(const convention *c) { return c->motion_mode_plus_1 == NRD_MOTION_WORLD + 1 ? 3e-3 : 4e-4; }
-
 static void a_perspective_is_the_same_in_every_convention(void **state)
 {
-    for (size_t i = 0; i < COUNT(perspective); i++) assert_alike((fixture *)*state, &perspective[0], &perspective[i], tolerance_of(&perspective[i]), 0.01);
+    for (size_t i = 0; i < COUNT(perspective); i++) assert_alike((fixture *)*state, &perspective[0], &perspective[i], 5e-4, 0.01);
 }
 
 static void an_orthographic_view_is_the_same_in_every_convention(void **state)
 {
-    for (size_t i = 0; i < COUNT(orthographic); i++) assert_alike((fixture *)*state, &orthographic[0], &orthographic[i], tolerance_of(&orthographic[i]), 0.01);
+    for (size_t i = 0; i < COUNT(orthographic); i++) assert_alike((fixture *)*state, &orthographic[0], &orthographic[i], 5e-4, 0.01);
 }
 
 /* Stored normals round differently. */
@@ -372,32 +369,12 @@ static void a_turned_world_is_the_same(void **state)
         assert_alike((fixture *)*state, turned[i].orthographic ? &orthographic[0] : &perspective[0], &turned[i], 0.005, 0.06);
 }
 
-/* Mean over the surfaces that both runs of a pair see. */
-static double level_of(const fixture *f, int slot, nrd_resource resource)
+/* Other points are seen, but nothing is forgotten for it. */
+static void rays_without_jitter_give_the_same(void **state)
 {
-    double sum = 0;
-    for (uint32_t i = 0; i < PIXELS; i++) {
-        const float *t = f->out[slot][resource] + 4 * (size_t)i;
-        if (fabs(f->in[NRD_RESOURCE_IN_VIEWZ][4 * (size_t)i]) < RANGE) sum += fmax(fabs(t[0]), fabs(t[3]));
-    }
-    return sum;
-}
-
-/* Other points are seen, and mirrors forget sooner: only the level can be the same. */
-static void rays_without_jitter_give_the_same_level(void **state)
-{
-    static const convention pairs[2][2] = { { { .name = "jittered" }, { .name = "not jittered", .still_rays = true } },
-                                            { { .name = "o jittered", .orthographic = true }, { .name = "o not jittered", .still_rays = true, .orthographic = true } } };
-    fixture *f = (fixture *)*state;
-    for (int pair = 0; pair < 2; pair++) {
-        run(f, &pairs[pair][0], 0);
-        run(f, &pairs[pair][1], 1);
-        for (int i = 0; i < NRD_RESOURCE_COUNT; i++) {
-            if (!f->out[0][i]) continue;
-            double ratio = level_of(f, 0, (nrd_resource)i) / level_of(f, 1, (nrd_resource)i);
-            if (!(fabs(ratio - 1) < 0.02)) fail_msg("%s, %s: %g times as bright", pairs[pair][0].name, nrd_resource_name((nrd_resource)i), ratio);
-        }
-    }
+    static const convention jittered[2] = { { .name = "jittered" }, { .name = "o jittered", .orthographic = true } };
+    static const convention still[2] = { { .name = "not jittered", .still_rays = true }, { .name = "o not jittered", .still_rays = true, .orthographic = true } };
+    for (int i = 0; i < 2; i++) assert_alike((fixture *)*state, &jittered[i], &still[i], 0.03, 0.3);
 }
 
 /* p_view = p_world * M, stored row by row, is p_view = M^T * p_world, stored column by column. */
@@ -423,7 +400,7 @@ int main(void)
         cmocka_unit_test(a_perspective_is_the_same_in_every_convention),
         cmocka_unit_test(an_orthographic_view_is_the_same_in_every_convention),
         cmocka_unit_test(a_turned_world_is_the_same),
-        cmocka_unit_test(rays_without_jitter_give_the_same_level),
+        cmocka_unit_test(rays_without_jitter_give_the_same),
     };
     return cmocka_run_group_tests(tests, open_fixture, close_fixture);
 }

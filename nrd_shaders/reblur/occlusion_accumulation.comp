@@ -135,7 +135,7 @@ void load_quads()
 vec4 footprint(Reprojection r, ivec2 base, vec2 f, uvec2 taps[4], nrd_surface surface)
 {
     vec2 size_prev = vec2(g.rect_width_prev, g.rect_height_prev);
-    Plane plane = make_plane(mat3(g.world_to_view_prev) * surface.normal, r.position, (vec2(base) + 0.5) / size_prev, 1.0 / size_prev, g.frustum_prev,
+    Plane plane = make_plane(mat3(g.world_to_view_prev) * surface.normal, r.position, (vec2(base) + 0.5) / size_prev + jitter_prev_uv(), 1.0 / size_prev, g.frustum_prev,
                              g.orthographic_prev, 1.0 / r.tolerance, g.denoising_range_prev);
     vec4 w = vec4((1.0 - f.x) * (1.0 - f.y), f.x * (1.0 - f.y), (1.0 - f.x) * f.y, f.x * f.y);
     for (int i = 0; i < 4; i++) {
@@ -232,9 +232,9 @@ History find_history(ivec2 pixel, float signed_z, nrd_surface surface, float spe
 #endif
 #ifdef SPECULAR
     if (confident) h.specular.frames *= clamp(textureLod(in_specular_confidence, r.uv, 0.0).x, 0.0, 1.0);
-    vec3 position = view_position(pixel_uv(pixel), abs(signed_z), g.frustum, g.orthographic);
+    vec3 position = view_position(ray_uv(pixel), abs(signed_z), g.frustum, g.orthographic);
     float hit_dist = nrd_denormalize_hit_dist(max(specular, h.specular.radius), position.z, surface.roughness, g.hit_distance);
-    h.specular.frames = min(h.specular.frames, specular_limit(position, r.uv, hit_dist, surface.roughness, h.bend));
+    h.specular.frames = min(h.specular.frames, specular_limit(position, r.uv + jitter_uv(), hit_dist, surface.roughness, h.bend));
 #endif
     return h;
 }
@@ -276,7 +276,7 @@ void sum_changes(vec2 diffuse, vec2 specular)
 /* Over the 6 x 6 pixels of the quads around; changes: those in the group. noisy: the pixel's own, so that there is one. */
 Around look_around(ivec2 pixel, float z, vec3 normal, vec2 noisy)
 {
-    vec2 uv = pixel_uv(pixel);
+    vec2 uv = ray_uv(pixel);
     ivec2 quad = ivec2(gl_LocalInvocationID.xy) >> 1;
     Plane plane = make_plane(normal * mat3(g.view_to_world), view_position(uv, z, g.frustum, g.orthographic), uv, 1.0 / vec2(rect_size()), g.frustum,
                              g.orthographic, 1.0 / plane_tolerance(g.plane_distance_sensitivity, z), 1.0);

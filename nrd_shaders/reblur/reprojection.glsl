@@ -56,7 +56,7 @@ Footprint fetch_footprint(vec2 uv_prev)
 void weigh_surface(inout Footprint f, vec3 point_vs, vec3 normal_ws, uint material, float tolerance)
 {
     vec2 size_prev = size_prev_px(), a = f.fraction;
-    Plane plane = make_plane(mat3(g.world_to_view_prev) * normal_ws, point_vs, (vec2(f.base) + 0.5) / size_prev, 1.0 / size_prev, g.frustum_prev,
+    Plane plane = make_plane(mat3(g.world_to_view_prev) * normal_ws, point_vs, (vec2(f.base) + 0.5) / size_prev + jitter_prev_uv(), 1.0 / size_prev, g.frustum_prev,
                              g.orthographic_prev, 1.0 / tolerance, g.denoising_range_prev);
     f.weights = vec4((1.0 - a.x) * (1.0 - a.y), a.x * (1.0 - a.y), (1.0 - a.x) * a.y, a.x * a.y);
     for (int i = 0; i < TEXELS; i++) {

@@ -52,7 +52,7 @@ void load_cell(int cell)
     if (is_reconstructed()) norm_hit_dist = load_reconstructed(SPECULAR_SIGNAL, pixel);
     else if (is_traced(pixel, SPECULAR_LOBE)) norm_hit_dist = sanitize(texelFetch(in_spec_unblurred, noisy_texel(pixel, SPECULAR_LOBE), 0)).w;
     float hit_dist = nrd_denormalize_hit_dist(norm_hit_dist, z, surface.roughness, g.hit_distance);
-    if (norm_hit_dist > 0.0) s_tracked[cell] = hit_dist / (hit_dist + distance_to_camera(pixel_uv(pixel), z));
+    if (norm_hit_dist > 0.0) s_tracked[cell] = hit_dist / (hit_dist + distance_to_camera(ray_uv(pixel), z));
 }
 
 void load_neighbourhood()
@@ -95,7 +95,7 @@ int own_cell() { return int(gl_LocalInvocationID.x) + 1 + SIDE * (int(gl_LocalIn
 Tracking track_hit_distance(ivec2 pixel, nrd_surface surface)
 {
     float z = s_surface[own_cell()].w, own = s_tracked[own_cell()], scale = 1.0 / plane_tolerance(g.plane_distance_sensitivity, z);
-    vec2 uv = pixel_uv(pixel);
+    vec2 uv = ray_uv(pixel);
     Plane plane = make_plane(surface.normal * mat3(g.view_to_world), view_position(uv, z, g.frustum, g.orthographic), uv, 1.0 / vec2(rect_size()), g.frustum,
                              g.orthographic, scale, 1.0);
     float nearest = own < 0.0 ? 2.0 : own, second = 2.0;
@@ -121,7 +121,7 @@ Curvature measure_curvature(ivec2 pixel, vec3 normal)
 {
     Curvature c;
     float z = s_surface[own_cell()].w, tolerance = plane_tolerance(g.plane_distance_sensitivity, z);
-    vec3 position = view_position(pixel_uv(pixel), z, g.frustum, g.orthographic);
+    vec3 position = view_position(ray_uv(pixel), z, g.frustum, g.orthographic);
     CurvatureSums s = CurvatureSums(mat2(0.0), vec3(0.0), 0.0, 0.0);
     make_tangents(normal, c.tangent, c.bitangent);
     vec3 normal_vs = normal * mat3(g.view_to_world), tangent_vs = c.tangent * mat3(g.view_to_world), bitangent_vs = c.bitangent * mat3(g.view_to_world);
@@ -129,7 +129,7 @@ Curvature measure_curvature(ivec2 pixel, vec3 normal)
         if (i == 4) continue;
         ivec2 offset = ivec2(i % 3, i / 3) - 1;
         vec4 tap = s_surface[own_cell() + offset.x + SIDE * offset.y];
-        vec3 move = view_position(pixel_uv(pixel + offset), tap.w, g.frustum, g.orthographic) - position;
+        vec3 move = view_position(ray_uv(pixel + offset), tap.w, g.frustum, g.orthographic) - position;
         float near = tap.w > 0.0 && abs(dot(normal_vs, move)) < tolerance ? 1.0 : 0.0;
         vec2 way = vec2(dot(tangent_vs, move), dot(bitangent_vs, move)), turn = vec2(dot(c.tangent, tap.xyz), dot(c.bitangent, tap.xyz));
         s.moments += near * outerProduct(turn, way);
@@ -206,7 +206,7 @@ VirtualMotion find_virtual_motion(vec3 target, Reprojection r, vec3 normal_prev,
     m.normal = smooth_surface ? normal_prev : normal;
     vec3 move = newton_step(start, m.normal, target, c, turn, regular);
     m.position = (g.world_to_view_prev * vec4(start + move, 1.0)).xyz;
-    m.uv = project_prev(m.position);
+    m.uv = project_prev(m.position) - jitter_uv();
     vec2 way = vec2(dot(c.tangent, move), dot(c.bitangent, move));
     m.bow = 0.5 * abs(dot(way, turn * way));
     m.error = regular && all(lessThan(abs(m.uv - 0.5), vec2(0.5))) ? 0.0 : -1.0;
@@ -234,8 +234,8 @@ VirtualMotion take_virtual_motion(vec2 uv_prev, Reprojection r, vec3 normal_prev
     VirtualMotion m;
     m.uv = uv_prev;
     m.normal = c.bump < BUMPY ? normal_prev : normal;
-    vec3 normal_vs = mat3(g.world_to_view_prev) * m.normal, near = view_position(uv_prev, 0.0, g.frustum_prev, g.orthographic_prev);
-    vec3 along = view_position(uv_prev, 1.0, g.frustum_prev, g.orthographic_prev) - near;
+    vec3 normal_vs = mat3(g.world_to_view_prev) * m.normal, near = view_position(uv_prev + jitter_uv(), 0.0, g.frustum_prev, g.orthographic_prev);
+    vec3 along = view_position(uv_prev + jitter_uv(), 1.0, g.frustum_prev, g.orthographic_prev) - near;
     float facing = dot(normal_vs, along), z = dot(normal_vs, r.position - near) / (abs(facing) > 1e-6 ? facing : 1e-6);
     m.position = near + along * z;
     vec3 move = to_world(m.position) - to_world(r.position);
@@ -254,7 +254,7 @@ vec3 footprint_position(Footprint f, vec2 uv)
         z += f.weights[i] * guide_relative_depth(f.guides[i]);
         sum += f.weights[i];
     }
-    return view_position(uv, z / max(sum, 1e-6) * g.denoising_range_prev, g.frustum_prev, g.orthographic_prev);
+    return view_position(uv + jitter_prev_uv(), z / max(sum, 1e-6) * g.denoising_range_prev, g.frustum_prev, g.orthographic_prev);
 }
 
 /* How far, in pixels, a second step from there would go: the first one's error. */
@@ -263,7 +263,7 @@ float remaining_step(Footprint f, VirtualMotion m, vec3 target, Curvature c)
     bool regular;
     vec3 point = to_world(footprint_position(f, m.uv));
     vec3 move = newton_step(point, mean_normal(f, m.normal), target, c, c.turn, regular);
-    vec2 uv = project_prev((g.world_to_view_prev * vec4(point + move, 1.0)).xyz);
+    vec2 uv = project_prev((g.world_to_view_prev * vec4(point + move, 1.0)).xyz) - jitter_uv();
     return regular ? min(length((uv - m.uv) * size_prev_px()), 1e3) : 0.0;
 }
 
@@ -353,7 +353,7 @@ void follow_reflection(inout SpecularMatch match, vec3 target, vec2 uv, GivenMot
 History find_specular_history(ivec2 pixel, float z, Reprojection r, Footprint f, nrd_surface surface, Tracking t, out vec2 uv_history)
 {
     float alpha = max(surface.roughness * surface.roughness, 1e-4), footprint = lobe_footprint(alpha, t.q, z, pixel_uv(pixel));
-    vec3 position = view_position(pixel_uv(pixel), z, g.frustum, g.orthographic);
+    vec3 position = view_position(ray_uv(pixel), z, g.frustum, g.orthographic);
     f.weights *= roughness_agreement(f, surface.roughness) * material_agreement(f, surface.material_id, NRD_MATERIAL_LEAST_SPECULAR);
     SpecularMatch match = SpecularMatch(f, mean_frames(f, SPECULAR_SIGNAL), surface.normal, r.uv);
     vec3 stored_normal = normalize(guide_fine_direction(uvec2(guide_pack(z, surface.normal, 0u), guide_pack_fine(surface.normal))));
@@ -363,7 +363,7 @@ History find_specular_history(ivec2 pixel, float z, Reprojection r, Footprint f,
     bool is_given = given.of_image || given.of_hit;
     if (is_given) match.frames *= still_reflected(f, t, footprint);
     bool attached = HAS_MATERIALS && surface.material_id == special_material(NRD_MATERIAL_CAMERA_ATTACHED);
-    if (!is_absent(NRD_ABSENT_MOTION | NRD_ABSENT_MIRRORS) && !attached && (is_given || parallax_px(position, r.uv) + turned_px >= drift) && !is_reset()) {
+    if (!is_absent(NRD_ABSENT_MOTION | NRD_ABSENT_MIRRORS) && !attached && (is_given || parallax_px(position, r.uv + jitter_uv()) + turned_px >= drift) && !is_reset()) {
         vec3 target = mirrored_point(position, stored_normal, surface.roughness, t.q);
         follow_reflection(match, target, pixel_uv(pixel), given, r, measure_curvature(pixel, surface.normal), surface, t, normal_prev, footprint, drift);
     }
