@@ -198,7 +198,7 @@ static const extreme extremes[] = {
     { "depth 1e7", NOISE_UNIFORM, 1, set_depth, NULL, 1e7, DENOISES, 0 },
     { "depth 0.1 within a range of 5e5", NOISE_UNIFORM, 1, set_depth_in_default_range, NULL, 0.1, DENOISES, 0 },
     { "depth 1e-5 within a range of 5e5", NOISE_UNIFORM, 1, set_depth_in_default_range, NULL, 1e-5, 0, 0 },
-    { "depth 1e-38", NOISE_UNIFORM, 1, set_depth_in_default_range, NULL, 1e-38, 0, 0 },
+    { "depth 2e-38", NOISE_UNIFORM, 1, set_depth_in_default_range, NULL, 2e-38, 0, 0 },
     { "range at the depth", NOISE_UNIFORM, 1, set_range_over_depth, NULL, 1, 0, 0 },
     { "range just beyond the depth", NOISE_UNIFORM, 1, set_range_over_depth, NULL, 1.000001, DENOISES, 0 },
     { "range 1e-4 beyond the depth", NOISE_UNIFORM, 1, set_range_over_depth, NULL, 1.0001, DENOISES, 0 },

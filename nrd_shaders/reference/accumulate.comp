@@ -19,7 +19,8 @@ void main()
     vec4 history = texelFetch(in_history, pixel, 0);   /* NaN: no usable sample yet */
     bool known = g.history_frames > 0u && nrd_is_finite(history.x);
     vec4 mean = known ? history : vec4(0.0);
-    if (usable) mean = known ? mix(history, value, 1.0 / (1.0 + float(g.history_frames))) : value;
+    float share = 1.0 / (1.0 + float(g.history_frames));
+    if (usable) mean = known ? history * (1.0 - share) + value * share : value;   /* mix() may overflow in the difference */
     imageStore(out_history, pixel, usable || known ? mean : vec4(uintBitsToFloat(0x7fc00000u)));
     if (pixel_uv(pixel).x >= g.split_screen) imageStore(out_signal, pixel, mean);
     else imageStore(out_signal, pixel, usable ? value : vec4(0.0));
