@@ -18,6 +18,9 @@
 #include <stdlib.h>
 #include <string.h>
 
+static const char usage[] = "usage: nrd-stress [--all] [--quiet] [--markdown] [--validate] [--self-test] [--only SUBJECT] [--denoiser NAME] "
+                            "[--set KEY=VALUE] [--device N] [--frames N] [--cases N] [--seed N] [--plant FAULT] [--dump FILE] [--compare FILE]";
+
 typedef struct subject { const char *name; void (*run)(stress *s); } subject;
 static const subject subjects[] = {
     { "extremes", stress_extremes },
@@ -63,7 +66,7 @@ static int parse(int argc, char **argv, stress *s, int *device, const char **onl
         if (!strcmp(option, "--validate")) { *validate = true; continue; }
         if (!strcmp(option, "--quiet")) { s->quiet = true; continue; }
         const char *value = cli_value(argc, argv, &i);
-        if (!value) return cli_fail("nrd-stress", "%s is unknown or lacks its value", option);
+        if (!value) return cli_fail("nrd-stress", "%s is unknown or lacks its value; %s", option, usage);
         bool ok = false;
         if (!strcmp(option, "--only")) ok = parse_subject(value, only);
         else if (!strcmp(option, "--set")) ok = parse_setting(value, s);
