@@ -150,7 +150,7 @@ gpu: $(gpu)
 # ---- what one runs
 check:
 	@$(SHARED) | cmp - nrd_shaders/common/nrd_shared.glsl || { echo "run: make shared" >&2; exit 1; }
-	@! grep -rnE 'TODO|FIXME|#if 0' nrd.h nrd_vk.h nrd_shaders examples || { echo "unfinished code" >&2; exit 1; }
+	@! grep -rnE 'TODO|FIXME|#if 0' nrd.h nrd_vk.h nrd_shaders examples tests || { echo "unfinished code" >&2; exit 1; }
 
 test:
 	@examples/setup.sh
