@@ -33,11 +33,6 @@ const char *signal_source_name(signal_source source)
     return names[source];
 }
 
-int signal_channels(signal_id signal)
-{
-    return table[signal].channels;
-}
-
 const char *signal_prefix(signal_id signal, signal_source source)
 {
     return table[signal].prefix[source];

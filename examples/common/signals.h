@@ -33,9 +33,6 @@ typedef enum signal_source { SOURCE_DENOISED, SOURCE_NOISY, SOURCE_REFERENCE, SO
 const char *signal_name(signal_id signal);
 const char *signal_source_name(signal_source source);
 
-/* 1 or 3 */
-int signal_channels(signal_id signal);
-
 /* Prefix of the planes that store a signal, or NULL. */
 const char *signal_prefix(signal_id signal, signal_source source);
 
