@@ -482,7 +482,7 @@ static void copies_move_all_bytes_in_every_way(void **state)
         for (uint32_t words = 1; words <= COPY_WORDS; words = words < 1025 ? words + 512 : words + 3975)
             if (!copies_exactly(&c, (copier_way)way, &seen, words))
                 fail_msg("%s: %u words", copier_way_name((copier_way)way), words);
-    double once, often;
+    double once = 0, often = 0;
     assert_true(copier_run(&c, COPIER_BUFFERS, 32.0 * COPY_WORDS, &once) && copier_run(&c, COPIER_BUFFERS, 400 * 32.0 * COPY_WORDS, &often));
     assert_true(often > 4 * once); /* more than fits is copied in pieces */
     gpu_buffer_destroy(&g, &seen);
