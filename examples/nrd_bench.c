@@ -219,18 +219,11 @@ static bool measure(const options *o, nrd_vk_timing *names, uint32_t *passes)
     return true;
 }
 
-static int ascending(const void *a, const void *b)
-{
-    float x = *(const float *)a, y = *(const float *)b;
-    return (x > y) - (x < y);
-}
-
 static float median(const options *o, uint32_t pass)
 {
-    static float sorted[MAX_FRAMES];
-    for (uint32_t i = 0; i < o->frames; i++) sorted[i] = times_us[i][pass];
-    qsort(sorted, o->frames, sizeof *sorted, ascending);
-    return sorted[o->frames / 2];
+    static double of_pass[MAX_FRAMES];
+    for (uint32_t i = 0; i < o->frames; i++) of_pass[i] = times_us[i][pass];
+    return (float)quantile(of_pass, (int)o->frames, 0.5);
 }
 
 /* Every texel that a frame's passes read or write, each once per pass: what the memory must move at least if nothing stays in caches. */

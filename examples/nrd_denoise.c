@@ -12,6 +12,7 @@
 #include "common/settings.h"
 #include "common/signals.h"
 #include "common/thin.h"
+#include "report/statistics.h"
 
 #include <errno.h>
 #include <limits.h>
@@ -569,21 +570,13 @@ static bool denoise_all(program *p)
     return ok;
 }
 
-static int compare_doubles(const void *a, const void *b)
-{
-    double x = *(const double *)a, y = *(const double *)b;
-    return (x > y) - (x < y);
-}
-
 static void print_summary(program *p)
 {
     uint32_t passes;
     denoise_timings(p->d, &passes);
     printf("%s: %d frames, %s", p->opt.out, p->written, p->opt.denoisers);
-    if (passes) {
-        qsort(p->frame_ms, (size_t)p->written, sizeof *p->frame_ms, compare_doubles);
-        printf(", %u passes, median %.3f ms per frame", passes, p->frame_ms[p->written / 2]);
-    }
+    if (passes)
+        printf(", %u passes, median %.3f ms per frame", passes, quantile(p->frame_ms, p->written, 0.5));
     printf(" on %s\n", denoise_device_name(p->d));
 }
 

@@ -15,6 +15,7 @@
 
 #include "common/gpu.h"
 #include "common/half.h"
+#include "report/statistics.h"
 
 #include <math.h>
 #include <stdio.h>
@@ -310,12 +311,6 @@ static void compose_rays(program *p)
 }
 
 /* ---- the program ----------------------------------------------------------------------------------------------------------- */
-static int ascending(const void *a, const void *b)
-{
-    double x = *(const double *)a, y = *(const double *)b;
-    return (x > y) - (x < y);
-}
-
 static bool try_way(program *p, way w)
 {
     double ms[FRAMES];
@@ -329,8 +324,7 @@ static bool try_way(program *p, way w)
     ok = ok && (w == ONE_SIGNAL ? compose_signal(p) : compose_lamps(p));
     if (ok) {
         const nrd_info *info = nrd_get_info(p->denoiser);
-        qsort(ms, FRAMES, sizeof *ms, ascending);
-        printf("%6u  %-12s %8.4f %10.3f %10.2f\n", p->lights, way_names[w], error_of(p, p->shown), ms[FRAMES / 2], (double)(info->permanent_bytes + info->transient_bytes) * 1e-6);
+        printf("%6u  %-12s %8.4f %10.3f %10.2f\n", p->lights, way_names[w], error_of(p, p->shown), quantile(ms, FRAMES, 0.5), (double)(info->permanent_bytes + info->transient_bytes) * 1e-6);
     }
     nrd_vk_destroy(p->denoiser_vk);
     nrd_destroy(p->denoiser);

@@ -11,6 +11,7 @@
 #include "common/png.h"
 #include "raygen/rt.h"
 #include "raygen/scene.h"
+#include "report/statistics.h"
 #include "raygen_spv.h"
 
 #include <math.h>
@@ -64,7 +65,7 @@ static struct {
     CLOCK_FUNCTIONS(CLOCK_MEMBER)
 } clock_fn;
 static VkQueryPool stamps;
-static float *stage_us[STAMPS - 1]; /* per frame */
+static double *stage_us[STAMPS - 1]; /* per frame */
 
 static bool create_clock(void)
 {
@@ -74,7 +75,7 @@ static bool create_clock(void)
 #define CLOCK_LOAD(name) clock_fn.name = (PFN_##name)g.get_device_proc(g.device, #name);
     CLOCK_FUNCTIONS(CLOCK_LOAD)
     for (int i = 0; i < STAMPS - 1; i++)
-        if (!(stage_us[i] = calloc((size_t)opt.frames, sizeof(float))))
+        if (!(stage_us[i] = calloc((size_t)opt.frames, sizeof *stage_us[i])))
             return snprintf(error, sizeof error, "out of memory"), false;
     if (clock_fn.vkCreateQueryPool(g.device, &info, NULL, &stamps) == VK_SUCCESS) return true;
     return snprintf(error, sizeof error, "vkCreateQueryPool failed"), false;
@@ -91,19 +92,7 @@ static void read_clock(long frame)
     clock_fn.vkGetQueryPoolResults(g.device, stamps, 0, STAMPS, sizeof ticks, ticks, sizeof ticks[0],
                                    VK_QUERY_RESULT_64_BIT | VK_QUERY_RESULT_WAIT_BIT);
     for (int i = 0; i < STAMPS - 1; i++)
-        stage_us[i][frame] = (float)((double)(ticks[i + 1] - ticks[i]) * g.properties.limits.timestampPeriod * 1e-3);
-}
-
-static int by_value(const void *a, const void *b)
-{
-    float x = *(const float *)a, y = *(const float *)b;
-    return (x > y) - (x < y);
-}
-
-static float median(float *values, long count)
-{
-    qsort(values, (size_t)count, sizeof *values, by_value);
-    return values[count / 2];
+        stage_us[i][frame] = (double)(ticks[i + 1] - ticks[i]) * g.properties.limits.timestampPeriod * 1e-3;
 }
 
 /* ---- setup ----------------------------------------------------------------------------------------------------- */
@@ -267,7 +256,7 @@ static void print_times(void)
 {
     static const char *const names[STAMPS - 1] = { "trace", "denoise", "compose" };
     long first = opt.frames > 2 * WARM_UP ? WARM_UP : 0;
-    for (int i = 0; i < STAMPS - 1; i++) printf("%-8s %9.1f us\n", names[i], median(stage_us[i] + first, opt.frames - first));
+    for (int i = 0; i < STAMPS - 1; i++) printf("%-8s %9.1f us\n", names[i], quantile(stage_us[i] + first, (int)(opt.frames - first), 0.5));
     nrd_vk_timing passes[MAX_PASSES];
     uint32_t count = 0;
     if (nrd_vk_timings(denoiser_vk, 0, passes, MAX_PASSES, &count) != NRD_RESULT_OK) return;
