@@ -84,12 +84,22 @@ watch watch_start(void)
     return w;
 }
 
+/* Texels of a checkerboarded input belong to other pixels than those they lie at. */
+static bool is_checkerboarded(const rig *r)
+{
+    double diffuse = 0, specular = 0;
+    settings_get(r->denoiser, &r->settings, "diffuse_checkerboard", &diffuse);
+    settings_get(r->denoiser, &r->settings, "specular_checkerboard", &specular);
+    return diffuse > 0 || specular > 0;
+}
+
 void watch_inputs(watch *w, const rig *r)
 {
+    bool moved = is_checkerboarded(r);
     for (uint32_t s = 0; s < r->signal_count; s++)
         for (uint32_t y = 0; y < r->rect_height; y++)
             for (uint32_t x = 0; x < r->rect_width; x++) {
-                if (rig_is_sky(r, x, y)) continue;
+                if (!moved && rig_is_sky(r, x, y)) continue;
                 double v = rig_input_value(r, s, x, y);
                 w->seen[s].low = fmin(w->seen[s].low, v);
                 w->seen[s].high = fmax(w->seen[s].high, v);
