@@ -192,7 +192,7 @@ static inline void rig_put_guides(rig *r)
 {
     for (uint32_t y = 0; y < r->rect_height; y++)
         for (uint32_t x = 0; x < r->rect_width; x++) {
-            double u = (x + 0.5) / r->rect_width, v = (y + 0.5) / r->rect_height;
+            double u = (x + 0.5 + r->camera.jitter[0]) / r->rect_width, v = (y + 0.5 + r->camera.jitter[1]) / r->rect_height;
             size_t at = (size_t)(y + r->origin_y) * r->width + x + r->origin_x;
             hit *h = &r->hits[(size_t)y * r->rect_width + x];
             *h = r->scene(&r->camera, u, v, r->index);

@@ -374,7 +374,7 @@ static void rays_without_jitter_give_the_same(void **state)
 {
     static const convention jittered[2] = { { .name = "jittered" }, { .name = "o jittered", .orthographic = true } };
     static const convention still[2] = { { .name = "not jittered", .still_rays = true }, { .name = "o not jittered", .still_rays = true, .orthographic = true } };
-    for (int i = 0; i < 2; i++) assert_alike((fixture *)*state, &jittered[i], &still[i], 0.03, 0.3);
+    for (int i = 0; i < 2; i++) assert_alike((fixture *)*state, &jittered[i], &still[i], 0.03, 0.25);
 }
 
 /* p_view = p_world * M, stored row by row, is p_view = M^T * p_world, stored column by column. */

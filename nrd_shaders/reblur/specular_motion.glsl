@@ -205,10 +205,14 @@ VirtualMotion find_virtual_motion(vec3 target, Reprojection r, vec3 normal_prev,
     mat2 turn = smooth_surface ? c.turn : mat2(mean_turn, 0.0, 0.0, mean_turn);
     m.normal = smooth_surface ? normal_prev : normal;
     vec3 move = newton_step(start, m.normal, target, c, turn, regular);
-    m.position = (g.world_to_view_prev * vec4(start + move, 1.0)).xyz;
+    vec2 way = vec2(dot(c.tangent, move), dot(c.bitangent, move)), turned = turn * way;
+    vec3 point = start + move - 0.5 * dot(way, turned) * m.normal, bent = normalize(m.normal + turned.x * c.tangent + turned.y * c.bitangent);
+    bool again;   /* the first step leaves hundredths of a pixel, which every frame adds to the last one's */
+    vec3 further = newton_step(point, bent, target, c, turn, again);
+    if (again) point += further;
+    m.position = (g.world_to_view_prev * vec4(point, 1.0)).xyz;
     m.uv = project_prev(m.position) - jitter_uv();
-    vec2 way = vec2(dot(c.tangent, move), dot(c.bitangent, move));
-    m.bow = 0.5 * abs(dot(way, turn * way));
+    m.bow = 0.5 * abs(dot(way, turned));
     m.error = regular && all(lessThan(abs(m.uv - 0.5), vec2(0.5))) ? 0.0 : -1.0;
     return m;
 }
@@ -228,20 +232,25 @@ GivenMotion load_given_motion(ivec2 pixel)
     return GivenMotion(given && !hit, given && hit, given ? motion : vec3(0.0));
 }
 
+/* Where the previous frame's view through uv meets a plane, previous view space. */
+vec3 meet_plane(vec2 uv, vec3 normal_vs, vec3 point)
+{
+    vec3 near = view_position(uv, 0.0, g.frustum_prev, g.orthographic_prev), along = view_position(uv, 1.0, g.frustum_prev, g.orthographic_prev) - near;
+    float facing = dot(normal_vs, along);
+    return near + along * dot(normal_vs, point - near) / (abs(facing) > 1e-6 ? facing : 1e-6);
+}
+
 /* The surface where the previous picture showed the same reflection. */
 VirtualMotion take_virtual_motion(vec2 uv_prev, Reprojection r, vec3 normal_prev, vec3 normal, Curvature c)
 {
     VirtualMotion m;
     m.uv = uv_prev;
     m.normal = c.bump < BUMPY ? normal_prev : normal;
-    vec3 normal_vs = mat3(g.world_to_view_prev) * m.normal, near = view_position(uv_prev + jitter_uv(), 0.0, g.frustum_prev, g.orthographic_prev);
-    vec3 along = view_position(uv_prev + jitter_uv(), 1.0, g.frustum_prev, g.orthographic_prev) - near;
-    float facing = dot(normal_vs, along), z = dot(normal_vs, r.position - near) / (abs(facing) > 1e-6 ? facing : 1e-6);
-    m.position = near + along * z;
+    m.position = meet_plane(uv_prev + jitter_uv(), mat3(g.world_to_view_prev) * m.normal, r.position);
     vec3 move = to_world(m.position) - to_world(r.position);
     vec2 way = vec2(dot(c.tangent, move), dot(c.bitangent, move));
     m.bow = 0.5 * abs(dot(way, c.turn * way));
-    m.error = z > 0.0 && all(lessThan(abs(uv_prev - 0.5), vec2(0.5))) ? 0.0 : -1.0;
+    m.error = m.position.z > 0.0 && all(lessThan(abs(uv_prev - 0.5), vec2(0.5))) ? 0.0 : -1.0;
     return m;
 }
 
@@ -261,8 +270,9 @@ vec3 footprint_position(Footprint f, vec2 uv)
 float remaining_step(Footprint f, VirtualMotion m, vec3 target, Curvature c)
 {
     bool regular;
-    vec3 point = to_world(footprint_position(f, m.uv));
-    vec3 move = newton_step(point, mean_normal(f, m.normal), target, c, c.turn, regular);
+    vec3 normal = mean_normal(f, m.normal);
+    vec3 point = to_world(meet_plane(m.uv + jitter_uv(), mat3(g.world_to_view_prev) * normal, footprint_position(f, m.uv)));   /* else the jitter's way counts too */
+    vec3 move = newton_step(point, normal, target, c, c.turn, regular);
     vec2 uv = project_prev((g.world_to_view_prev * vec4(point + move, 1.0)).xyz) - jitter_uv();
     return regular ? min(length((uv - m.uv) * size_prev_px()), 1e3) : 0.0;
 }
