@@ -321,7 +321,7 @@ Lobe follow(Lobe h, Sums around)
     return h;
 }
 
-/* A pixel that was not sampled keeps what it knows, or takes its neighbours' mean. sums: of look_around(). */
+/* A pixel that was not sampled keeps what it knows, or takes its neighbours' mean, or is open where nobody knows. sums: of look_around(). */
 Lobe accumulate(Lobe h, float noisy, vec3 moment, Sums sums)
 {
     vec3 around = sums.samples;
@@ -331,7 +331,7 @@ Lobe accumulate(Lobe h, float noisy, vec3 moment, Sums sums)
     h.radius = around.x > 0.0 ? mix(h.radius, around.x / around.y, alpha) : fresh ? 1.0 : h.radius;
     if (sampled) h.moment = mix(h.moment, moment, alpha);
     if (sampled) h.occlusion = mix(h.occlusion, noisy, alpha);
-    else if (fresh) h.occlusion = around.z / max(around.x, 1.0);
+    else if (fresh) h.occlusion = around.x > 0.0 ? around.z / around.x : 1.0;
     if (sampled || fresh) h.frames = min(h.frames + 1.0, 63.0);
     return h;
 }
