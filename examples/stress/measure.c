@@ -98,13 +98,12 @@ void watch_inputs(watch *w, const rig *r)
     bool moved = is_checkerboarded(r);
     for (uint32_t s = 0; s < r->signal_count; s++) {
         bool occlusion = r->signals[s].kind == KIND_HIT_DIST || r->signals[s].kind == KIND_DIRECTION;
-        if (moved && occlusion) w->seen[s].high = fmax(w->seen[s].high, 1);   /* open where no neighbour is traced */
         for (uint32_t y = 0; y < r->rect_height; y++)
             for (uint32_t x = 0; x < r->rect_width; x++) {
                 if (!moved && rig_is_sky(r, x, y)) continue;
                 double v = rig_input_value(r, s, x, y);
                 w->seen[s].low = fmin(w->seen[s].low, v);
-                w->seen[s].high = fmax(w->seen[s].high, v);
+                w->seen[s].high = fmax(w->seen[s].high, occlusion && (moved || v == 0) ? 1 : v);   /* open where nothing was sampled */
             }
     }
 }
