@@ -155,7 +155,7 @@ extern "C" {
     X(vec4, frustum_prev) \
     X(vec4, motion_scale) \
     X(vec4, hit_distance)           /* A, B, C, D of nrd_hit_dist_scale */ \
-    X(vec4, jitter_delta)           /* xy: current - previous, px; zw: current */ \
+    X(vec4, jitter_delta)           /* xy: current - previous, px; zw: unused */ \
     X(vec4, light)                  /* view space: unit vector to a directional light (w 0), position of a local one (w 1); xyz 0: unknown */ \
     X(vec4, camera)                 /* xyz: its world position */ \
     X(uint, rect_width) X(uint, rect_height) X(uint, rect_width_prev) X(uint, rect_height_prev) \
@@ -167,7 +167,10 @@ extern "C" {
     X(float, plane_distance_sensitivity) X(float, normal_sensitivity) X(float, antilag_sigma_scale) X(float, antilag_sensitivity) \
     X(float, stabilization_sigma_scale) X(float, feedback_frames) X(uint, min_material) X(uint, flags) \
     X(float, denoising_range_prev) X(float, specular_prepass_blur_radius) X(float, light_radius) X(float, penumbra_blur_scale) \
-    X(uint, materials) X(float, strand_thickness) X(float, responsive_roughness) X(float, responsive_frames) /* materials: four ids of 4 bits, NRD_MATERIAL_ */
+    X(uint, materials) X(float, strand_thickness) X(float, responsive_roughness) X(float, responsive_frames) /* materials: four ids of 4 bits, NRD_MATERIAL_ */ \
+    X(vec4, rect_px)                /* width and height of the rectangle, zw: of the previous one */ \
+    X(vec4, px_uv)                  /* what a pixel is of them */ \
+    X(vec4, jitter_uv)              /* xy: current, zw: previous */
 
 /* Where in nrd_constants.materials */
 #define NRD_MATERIAL_LEAST_DIFFUSE    0
@@ -2209,13 +2212,16 @@ static void nrdi_fill_frame(const nrd *n, nrd_constants *c)
     c->motion_scale[2] = f->motion_scale_z;
     c->jitter_delta[0] = f->camera.jitter[0] - n->camera_prev.jitter[0];
     c->jitter_delta[1] = f->camera.jitter[1] - n->camera_prev.jitter[1];
-    c->jitter_delta[2] = f->camera.jitter[0];
-    c->jitter_delta[3] = f->camera.jitter[1];
     for (int k = 0; k < 3; k++) c->camera[k] = (float)now.position[k];
     c->rect_width = f->rect_width;
     c->rect_height = f->rect_height;
     c->rect_width_prev = n->rect_prev[0];
     c->rect_height_prev = n->rect_prev[1];
+    for (int k = 0; k < 4; k++) {
+        c->rect_px[k] = (float)(k == 0 ? f->rect_width : k == 1 ? f->rect_height : n->rect_prev[k - 2]);
+        c->px_uv[k] = 1 / c->rect_px[k];
+        c->jitter_uv[k] = (k < 2 ? f->camera.jitter[k] : n->camera_prev.jitter[k - 2]) * c->px_uv[k];
+    }
     c->rect_origin_x = f->rect_origin_x;
     c->rect_origin_y = f->rect_origin_y;
     c->frame_index = f->frame_index;

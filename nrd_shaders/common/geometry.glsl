@@ -10,8 +10,8 @@ vec3 view_position(vec2 uv, float z, vec4 frustum, float orthographic)
 }
 
 /* What a pixel shows stands for the middle of it, but its depth is where the ray went. */
-vec2 jitter_uv() { return g.jitter_delta.zw / vec2(rect_size()); }
-vec2 jitter_prev_uv() { return (g.jitter_delta.zw - g.jitter_delta.xy) / vec2(g.rect_width_prev, g.rect_height_prev); }
+vec2 jitter_uv() { return g.jitter_uv.xy; }
+vec2 jitter_prev_uv() { return g.jitter_uv.zw; }
 vec2 ray_uv(ivec2 pixel) { return pixel_uv(pixel) + jitter_uv(); }
 
 /* World size of a pixel at view depth z. */

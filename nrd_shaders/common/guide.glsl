@@ -1,8 +1,10 @@
 /* The guide: depth, normal and material of a pixel in 32 bits, so that a tap costs one load.
    bits 0-15   depth / denoising range as a float with 5 exponent and 11 fraction bits (error 1.2e-4 of the depth); 0xffff: sky
-   bits 16-29  world normal, octahedral, 7 + 7 bits (error at most 1.2 degrees)
+   bits 16-29  view-space normal, stereographic, 7 + 7 bits (error at most 2 degrees)
    bits 30-31  material id
-   Octahedral map: Meyer et al., "On Floating-Point Normal Vectors", EGSR 2010. */
+   Stereographic, p = n.xy / (1 - n.z), so that taps are compared without decoding their normals:
+   1 - cos = 2 |p - q|^2 / ((1 + |p|^2) (1 + |q|^2)), the chordal distance.
+   Octahedral map (of the occlusion denoisers' texels): Meyer et al., "On Floating-Point Normal Vectors", EGSR 2010. */
 #ifndef GUIDE_GLSL
 #define GUIDE_GLSL
 
@@ -22,46 +24,56 @@ vec2 guide_octahedral(vec3 n)
     return n.z >= 0.0 ? n.xy : folded;
 }
 
-uint guide_pack(float z, vec3 normal, uint material)
+/* Largest coordinate of a stereographic normal: 112 degrees from the direction to the camera. Beyond, normals are one. */
+const float GUIDE_REACH = 1.5;
+
+vec2 guide_stereographic(vec3 normal_vs) { return clamp(normal_vs.xy / max(1.0 - normal_vs.z, 1e-6), -GUIDE_REACH, GUIDE_REACH); }
+
+uint guide_pack(float z, vec3 normal_vs, uint material)
 {
-    uvec2 oct = uvec2(guide_octahedral(normal) * 63.0 + 63.5);
-    return guide_pack_depth(z / g.denoising_range) | (oct.x << 16) | (oct.y << 23) | (is_absent(NRD_ABSENT_MATERIALS) ? 0u : material << 30);
+    uvec2 p = uvec2(guide_stereographic(normal_vs) * (63.0 / GUIDE_REACH) + 63.5);
+    return guide_pack_depth(z / g.denoising_range) | (p.x << 16) | (p.y << 23) | (is_absent(NRD_ABSENT_MATERIALS) ? 0u : material << 30);
 }
 
 bool guide_is_sky(uint code) { return !is_absent(NRD_ABSENT_SKY) && (code & 0xffffu) == GUIDE_SKY; }
 
-/* With SPECULAR, 4 + 4 more bits of the normal lie in the top byte of the guide's second word (error at most 0.06 degrees): reflections
+/* With SPECULAR, 4 + 4 more bits of the normal lie in the top byte of the guide's second word (error at most 0.12 degrees): reflections
    need them. */
-uint guide_pack_fine(vec3 normal)
+uint guide_pack_fine(vec3 normal_vs)
 {
-    vec2 oct = guide_octahedral(normal) * 63.0 + 63.5;
-    uvec2 fine = uvec2(clamp(fract(oct) * 16.0 + 0.5, 0.0, 15.0));
+    vec2 p = guide_stereographic(normal_vs) * (63.0 / GUIDE_REACH) + 63.5;
+    uvec2 fine = uvec2(clamp(fract(p) * 16.0 + 0.5, 0.0, 15.0));
     return (fine.x << 24) | (fine.y << 28);
 }
 
-/* Not of unit length. The fields lie so that a mask puts them into the fraction of a float in [1, 2). */
-vec3 guide_direction(uint code)
+/* Stereographic normals. The fields lie so that a mask puts them into the fraction of a float in [1, 2). */
+const float GUIDE_UNIT = GUIDE_REACH * 128.0 / 63.0;
+
+vec2 guide_point(uint code)
 {
     vec2 fraction = vec2(uintBitsToFloat((code & 0x7f0000u) | 0x3f800000u), uintBitsToFloat(((code >> 7) & 0x7f0000u) | 0x3f800000u));
-    vec2 oct = fraction * (128.0 / 63.0) - (128.0 / 63.0 + 1.0);
-    float z = 1.0 - abs(oct.x) - abs(oct.y), fold = max(-z, 0.0);
-    return vec3(oct.x + (oct.x >= 0.0 ? -fold : fold), oct.y + (oct.y >= 0.0 ? -fold : fold), z);
+    return fraction * GUIDE_UNIT - (GUIDE_UNIT + GUIDE_REACH);
 }
 
 /* The same with the fine bits, which continue those of the coarse ones in the fraction. */
-vec3 guide_fine_direction(uvec2 guide)
+vec2 guide_fine_point(uvec2 guide)
 {
     uvec2 bits = uvec2(guide.x & 0x7f0000u, (guide.x >> 7) & 0x7f0000u) | ((uvec2(guide.y >> 12, guide.y >> 16) & 0xf000u));
-    vec2 oct = uintBitsToFloat(bits | 0x3f800000u) * (128.0 / 63.0) - (128.0 / 63.0 + 63.5 / 63.0);
-    float z = 1.0 - abs(oct.x) - abs(oct.y), fold = max(-z, 0.0);
-    return vec3(oct.x + (oct.x >= 0.0 ? -fold : fold), oct.y + (oct.y >= 0.0 ? -fold : fold), z);
+    return uintBitsToFloat(bits | 0x3f800000u) * GUIDE_UNIT - (GUIDE_UNIT + GUIDE_REACH * 63.5 / 63.0);
 }
 
-/* 1 - cos of the angle to a unit normal; slightly negative by rounding at most. */
-float guide_bend(uint code, vec3 normal)
+/* Of unit length, view space. */
+vec3 guide_normal(vec2 p)
 {
-    vec3 direction = guide_direction(code);
-    return 1.0 - dot(normal, direction) * inversesqrt(dot(direction, direction));
+    float inverse = 1.0 / (1.0 + dot(p, p));
+    return vec3(2.0 * inverse * p, 1.0 - 2.0 * inverse);
+}
+
+/* 1 - cos of the angle between stereographic normals. */
+float guide_bend(vec2 p, vec2 q)
+{
+    vec2 d = p - q;
+    return 2.0 * dot(d, d) / ((1.0 + dot(p, p)) * (1.0 + dot(q, q)));
 }
 
 /* Units. relative: of the view's extent. Never so tight that the rounding of two stored depths costs half the weight: it would where the

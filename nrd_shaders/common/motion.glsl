@@ -8,11 +8,20 @@ struct Reprojection {
     float tolerance; /* plane distance, units */
 };
 
+const float STILL_PX = 1e-3;   /* less is rounding; put back, so that a picture at rest is not resampled every frame */
+
+/* Where uv_prev lies among the centres of the previous frame's pixels. */
+vec2 place_prev(vec2 uv_prev)
+{
+    vec2 place = uv_prev * g.rect_px.zw - 0.5, whole = round(place);
+    return mix(place, whole, lessThan(abs(place - whole), vec2(STILL_PX)));
+}
+
 /* How far the camera's move, not its turn, shifts a point on the screen, px. */
 float camera_parallax(vec3 position, vec2 uv_prev)
 {
     vec2 turned = project_prev(mat3(g.view_to_view_prev) * position);
-    return length((turned - uv_prev) * vec2(g.rect_width_prev, g.rect_height_prev));
+    return length((turned - uv_prev) * g.rect_px.zw);
 }
 
 /* Hair and grass change their depths by chance from frame to frame: the thinner they are, the less their depths say. */

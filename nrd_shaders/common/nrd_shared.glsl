@@ -67,7 +67,7 @@
     X(vec4, frustum_prev) \
     X(vec4, motion_scale) \
     X(vec4, hit_distance)           /* A, B, C, D of nrd_hit_dist_scale */ \
-    X(vec4, jitter_delta)           /* xy: current - previous, px; zw: current */ \
+    X(vec4, jitter_delta)           /* xy: current - previous, px; zw: unused */ \
     X(vec4, light)                  /* view space: unit vector to a directional light (w 0), position of a local one (w 1); xyz 0: unknown */ \
     X(vec4, camera)                 /* xyz: its world position */ \
     X(uint, rect_width) X(uint, rect_height) X(uint, rect_width_prev) X(uint, rect_height_prev) \
@@ -79,7 +79,10 @@
     X(float, plane_distance_sensitivity) X(float, normal_sensitivity) X(float, antilag_sigma_scale) X(float, antilag_sensitivity) \
     X(float, stabilization_sigma_scale) X(float, feedback_frames) X(uint, min_material) X(uint, flags) \
     X(float, denoising_range_prev) X(float, specular_prepass_blur_radius) X(float, light_radius) X(float, penumbra_blur_scale) \
-    X(uint, materials) X(float, strand_thickness) X(float, responsive_roughness) X(float, responsive_frames) /* materials: four ids of 4 bits, NRD_MATERIAL_ */
+    X(uint, materials) X(float, strand_thickness) X(float, responsive_roughness) X(float, responsive_frames) /* materials: four ids of 4 bits, NRD_MATERIAL_ */ \
+    X(vec4, rect_px)                /* width and height of the rectangle, zw: of the previous one */ \
+    X(vec4, px_uv)                  /* what a pixel is of them */ \
+    X(vec4, jitter_uv)              /* xy: current, zw: previous */
 
 /* Where in nrd_constants.materials */
 #define NRD_MATERIAL_LEAST_DIFFUSE    0

@@ -40,7 +40,7 @@ uint special_material(int which) { return ((g.materials | opaque_zero()) >> whic
 ivec2 rect_size() { return ivec2(g.rect_width, g.rect_height); }
 ivec2 rect_origin() { return ivec2(g.rect_origin_x, g.rect_origin_y); }
 bool in_rect(ivec2 p) { return all(greaterThanEqual(p, ivec2(0))) && all(lessThan(p, rect_size())); }
-vec2 pixel_uv(ivec2 p) { return (vec2(p) + 0.5) / vec2(rect_size()); }
+vec2 pixel_uv(ivec2 p) { return (vec2(p) + 0.5) * g.px_uv.xy; }
 
 /* The state of the tiles around a position in pixels, interpolated; never beyond the tiles of the rectangle. */
 vec4 sample_tiles(sampler2D tiles, vec2 position_px, ivec2 rect)

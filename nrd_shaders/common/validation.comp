@@ -70,10 +70,10 @@ vec2 given_uv(Surface s)
 
 vec3 show_motion_error(Surface s)
 {
-    return grey(length((given_uv(s) - camera_uv(s)) * vec2(rect_size())) / ERROR_WHITE_PX);
+    return grey(length((given_uv(s) - camera_uv(s)) * g.rect_px.xy) / ERROR_WHITE_PX);
 }
 
-vec3 show_motion(Surface s) { return vec3(clamp((given_uv(s) - s.uv) * vec2(rect_size()) / MOTION_FULL_PX * 0.5 + 0.5, 0.0, 1.0), 0.5); }
+vec3 show_motion(Surface s) { return vec3(clamp((given_uv(s) - s.uv) * g.rect_px.xy / MOTION_FULL_PX * 0.5 + 0.5, 0.0, 1.0), 0.5); }
 
 /* Hit distance that the specular signal follows, units. */
 float reflected_distance(Surface s)
@@ -89,7 +89,7 @@ vec3 show_virtual_motion(Surface s)
     if (!has_specular()) return vec3(0.0);
     vec3 ray = g.orthographic > 0.5 ? vec3(0.0, 0.0, 1.0) : normalize(s.position), behind = s.position + ray * reflected_distance(s);
     vec2 virtual_uv = project_prev((g.view_to_view_prev * vec4(behind, 1.0)).xyz);
-    return saturated(length((virtual_uv - camera_uv(s)) * vec2(rect_size())) / VIRTUAL_WHITE_PX);
+    return saturated(length((virtual_uv - camera_uv(s)) * g.rect_px.xy) / VIRTUAL_WHITE_PX);
 }
 
 /* ---- history ---- */
@@ -171,7 +171,7 @@ vec3 show_grid(Surface s)
 /* A pixel, its middle and where the ray went through. */
 vec3 show_jitter(vec2 place)
 {
-    vec2 from_middle = place - 0.5, to_ray = from_middle - g.jitter_delta.zw;
+    vec2 from_middle = place - 0.5, to_ray = from_middle - g.jitter_uv.xy * g.rect_px.xy;
     bool middle = max(abs(from_middle.x), abs(from_middle.y)) < 0.01 || min(abs(from_middle.x), abs(from_middle.y)) < 0.003;
     return length(to_ray) < 0.04 ? vec3(1.0, 0.8, 0.0) : vec3(middle ? 0.4 : 0.1);
 }
@@ -221,6 +221,6 @@ void main()
     vec2 place = pixel_uv(pixel) * float(CELLS);
     ivec2 cell = min(ivec2(place), ivec2(CELLS - 1));
     place -= vec2(cell);
-    Surface s = load_surface(min(ivec2(place * vec2(rect_size()) + 0.25), rect_size() - 1));   /* multiples of 4 give whole numbers: not to be rounded down */
+    Surface s = load_surface(min(ivec2(place * g.rect_px.xy + 0.25), rect_size() - 1));   /* multiples of 4 give whole numbers: not to be rounded down */
     imageStore(out_validation, pixel, vec4(clamp(show(cell.y * CELLS + cell.x, s, place), 0.0, 1.0), 1.0));
 }

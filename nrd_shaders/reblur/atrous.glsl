@@ -57,7 +57,7 @@ void add_neighbour(Center c, Neighbour n, float kernel_weight, inout AtrousSums 
     SH_ONLY(vec4 light[SIGNALS]; load_lights(n.pixel, light);)
     UNROLL for (int s = 0; s < SIGNALS; s++) {
         vec4 tap = load_color(s, n.pixel);
-        float added = add_tap(sums[s], tap, w * lobe_factor(c, s, guide), lobe_exponent(c, s, normal_scale, bend, n.offset));
+        float added = add_tap(sums[s], tap, w * lobe_factor(c, s, guide), lobe_exponent(c, s, normal_scale, bend, n.squared));
         SH_ONLY(if (added > 0.0) add_light(sums[s].light, light[s], tap.x, guide_tap_normal(guide), added);)
     }
 }
@@ -67,24 +67,24 @@ void atrous(Center c, inout vec4 color[SIGNALS])
     AtrousSums sums[SIGNALS];
     UNROLL for (int s = 0; s < SIGNALS; s++) {
         sums[s] = start_sums(color[s]);
-        SH_ONLY(sums[s].light = no_light(); add_light(sums[s].light, lights[s], color[s].x, c.normal, 1.0);)
+        SH_ONLY(sums[s].light = no_light(); add_light(sums[s].light, lights[s], color[s].x, c.normal_vs, 1.0);)
     }
     if (CROSS) {
         bool turned = is_turned(c.pixel, color);
         UNROLL for (int i = 0; i < 4; i++) {
             const ivec2 axes[4] = ivec2[4](ivec2(1, 0), ivec2(0, 1), ivec2(-1, 0), ivec2(0, -1));
             const ivec2 diagonals[4] = ivec2[4](ivec2(1, 1), ivec2(-1, 1), ivec2(-1, -1), ivec2(1, -1));
-            add_neighbour(c, find_neighbour(c, turned ? diagonals[i] : axes[i], turned ? vec2(diagonals[i]) : vec2(axes[i])), 0.75, sums);
+            add_neighbour(c, find_neighbour(c, turned ? diagonals[i] : axes[i]), 0.75, sums);
         }
     } else {
         UNROLL for (int i = 0; i < 9; i++) {
             ivec2 grid = ivec2(i % 3, i / 3) - 1;
-            if (i != 4) add_neighbour(c, find_neighbour(c, grid, vec2(grid)), kernel(grid), sums);
+            if (i != 4) add_neighbour(c, find_neighbour(c, grid), kernel(grid), sums);
         }
     }
     UNROLL for (int s = 0; s < SIGNALS; s++) {
         color[s] = vec4(sums[s].color, sqrt(sums[s].noise)) / sums[s].weight;
-        SH_ONLY(lights[s] = finish_light(sums[s].light, c.receiver, s, sums[s].weight, sums[s].color.x, FILTERED_SAMPLES * c.frames[s] * sums[s].weight);)
+        SH_ONLY(lights[s] = finish_light(sums[s].light, c.receiver, s, mat3(g.view_to_world) * sums[s].light.normal / sums[s].weight, sums[s].color.x, FILTERED_SAMPLES * c.frames[s] * sums[s].weight);)
     }
 }
 

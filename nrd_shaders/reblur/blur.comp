@@ -61,7 +61,6 @@ struct Sums {
     vec3 color;
     float weight;
     float moment;      /* of single samples: sum of weight * (sigma^2 + luma^2) */
-    float luma;
     float variance;
     float noise;       /* sum of weight^2 / frames: what is left of the variance */
 #ifdef SH
@@ -73,18 +72,19 @@ Sums no_sums()
 {
     Sums s;
     s.color = vec3(0.0);
-    s.weight = s.moment = s.luma = s.variance = s.noise = 0.0;
+    s.weight = s.moment = s.variance = s.noise = 0.0;
     SH_ONLY(s.light = no_light();)
     return s;
 }
 
-void add(inout Sums s, vec4 color, float frames, float w)
+/* w: weight per frame of history. */
+void add(inout Sums s, vec4 color, float frames, float weight)
 {
+    float w = weight * frames, variance = color.w * color.w;
     s.color += w * color.xyz;
-    s.luma += w * color.x;
-    s.moment += w * (color.w * color.w + color.x * color.x);
-    s.variance += w * color.w * color.w;
-    s.noise += w * w / frames;
+    s.moment += w * (variance + color.x * color.x);
+    s.variance += w * variance;
+    s.noise += w * weight;
     s.weight += w;
 }
 
@@ -97,7 +97,7 @@ float short_history_slack(float frames) { return 1.0 + g.history_fix_frames * g.
 /* History gets the same mix of the pixel's own and the filtered light as it gets of colours. */
 void mix_lights(ivec2 pixel, int signal, float luma, Sums s, Receiver receiver, float frames)
 {
-    vec4 own = lights[signal], filtered = finish_light(s.light, receiver, signal, s.weight, s.color.x, s.weight * s.weight / s.noise);
+    vec4 own = lights[signal], filtered = finish_light(s.light, receiver, signal, mat3(g.view_to_world) * s.light.normal / s.weight, s.color.x, s.weight * s.weight / s.noise);
     float share = min(1.0, g.feedback_frames / frames), filtered_luma = s.color.x / s.weight;
     vec4 kept = mix(own * luma, filtered * filtered_luma, share);
     store_light_history(signal, pixel, round_half(relative_light(kept.xyz, kept.w, mix(luma, filtered_luma, share))));
@@ -107,7 +107,7 @@ void mix_lights(ivec2 pixel, int signal, float luma, Sums s, Receiver receiver, 
 
 void store(ivec2 pixel, int signal, vec4 color, Sums s, float frames, vec4 change)
 {
-    float scale = mix(1.0, change.y, change.x), mean = s.luma / s.weight;
+    float scale = mix(1.0, change.y, change.x), mean = s.color.x / s.weight;
     float sample_variance = max(s.moment / s.weight - mean * mean, 0.0) * scale * scale;
     vec3 filtered = s.color / s.weight * scale;
     vec3 kept = mix(color.xyz * scale, filtered, min(1.0, g.feedback_frames / frames));
@@ -127,25 +127,25 @@ void blur(ivec2 pixel, uvec2 guide)
         frames[s] = changed_frames(guide_frames(guide, s), change[s]);
         color[s] = load_color(s, pixel);
         sums[s] = no_sums();
-        add(sums[s], color[s], frames[s], frames[s]);
+        add(sums[s], color[s], frames[s], 1.0);
     }
     SH_ONLY(load_lights(pixel, lights);)
     float slack = short_history_slack(frames[0]), normal_scale = -LOG2_E * g.normal_sensitivity / slack;
     Center c = make_center(pixel, guide, slack, TRACKED(pixel));
-    SH_ONLY(UNROLL for (int s = 0; s < SIGNALS; s++) add_light(sums[s].light, lights[s], color[s].x, c.normal, frames[s]);)
+    SH_ONLY(UNROLL for (int s = 0; s < SIGNALS; s++) add_light(sums[s].light, lights[s], color[s].x, c.normal_vs, frames[s]);)
     UNROLL for (int i = 0; i < 9; i++) {
         if (i == 4 || !is_filtering()) continue;
         ivec2 grid = ivec2(i % 3, i / 3) - 1;
-        Neighbour n = find_neighbour(c, grid, vec2(grid));
+        Neighbour n = find_neighbour(c, grid);
         uvec2 guide_tap = texelFetch(in_guide, n.pixel, 0).xy;
         SH_ONLY(vec4 light[SIGNALS]; load_lights(n.pixel, light);)
         float geometry = plane_weight(c, n, guide_tap.x) * kernel(grid), bend = normal_bend(c, guide_tap);
         UNROLL for (int s = 0; s < SIGNALS; s++) {
             vec4 tap = load_color(s, n.pixel);
             float frames_tap = max(guide_frames(guide_tap, s), 1.0);
-            float w = geometry * frames_tap * lobe_factor(c, s, guide_tap) * exp2(lobe_exponent(c, s, normal_scale, bend, n.offset));
-            if (w > 0.0) add(sums[s], tap, frames_tap, w);
-            SH_ONLY(if (w > 0.0) add_light(sums[s].light, light[s], tap.x, guide_tap_normal(guide_tap), w);)
+            float weight = geometry * lobe_factor(c, s, guide_tap) * exp2(lobe_exponent(c, s, normal_scale, bend, n.squared));
+            if (weight > 0.0) add(sums[s], tap, frames_tap, weight);
+            SH_ONLY(if (weight > 0.0) add_light(sums[s].light, light[s], tap.x, guide_tap_normal(guide_tap), weight * frames_tap);)
         }
     }
     UNROLL for (int s = 0; s < SIGNALS; s++) store(pixel, s, color[s], sums[s], frames[s], change[s]);

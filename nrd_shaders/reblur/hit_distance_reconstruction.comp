@@ -42,7 +42,7 @@ float reconstruct(ivec2 pixel, int center)
     vec4 surface = s_surface[center];
     vec2 uv = pixel_uv(pixel), sum = vec2(0.0);
     float roughness = s_sample[center].y, lobe = atan(1.7 * roughness * roughness) + 0.01, roughness_scale = 3.0 / mix(0.01, 1.0, roughness * roughness);
-    Plane plane = make_plane(surface.xyz * mat3(g.view_to_world), view_position(uv, surface.w, g.frustum, g.orthographic), uv, 1.0 / vec2(rect_size()), g.frustum,
+    Plane plane = make_plane(surface.xyz * mat3(g.view_to_world), view_position(uv, surface.w, g.frustum, g.orthographic), uv, g.px_uv.xy, g.frustum,
                              g.orthographic, 1.0 / (g.plane_distance_sensitivity * frustum_size(surface.w)), 1.0);
     int reach = has_flag(NRD_FLAG_WIDE_RECONSTRUCTION) ? REACH : 1;
     for (int y = -reach; y <= reach; y++)

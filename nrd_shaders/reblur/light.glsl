@@ -20,7 +20,7 @@ vec4 lights[SIGNALS];   /* of this invocation's pixel */
 struct LightSums {
     vec3 moment;       /* sum of weight * luma * xyz */
     float resolved;    /* sum of weight * luma * gain */
-    vec3 normal;       /* sum of weight * normal, world */
+    vec3 normal;       /* sum of weight * normal */
 };
 
 /* What light meets. */
@@ -99,10 +99,10 @@ vec4 relative_light(vec3 moment, float resolved, float luma)
     return vec4(direction * min(inversesqrt(dot(direction, direction) + 1e-12), 1.0), clamp(resolved / luma, 0.25, 4.0));
 }
 
-/* After an average. weight: sum of the weights; count: samples that went into it. */
-vec4 finish_light(LightSums s, Receiver r, int signal, float weight, float luma_sum, float count)
+/* After an average. mean_normal: world; count: samples that went into it. */
+vec4 finish_light(LightSums s, Receiver r, int signal, vec3 mean_normal, float luma_sum, float count)
 {
-    return relative_light(s.moment, s.resolved + luma_sum * own_normal_turn(r, signal, s.moment, luma_sum, s.normal / weight, count), luma_sum);
+    return relative_light(s.moment, s.resolved + luma_sum * own_normal_turn(r, signal, s.moment, luma_sum, mean_normal, count), luma_sum);
 }
 
 /* In 32 bits: 8 per component, the gain as a logarithm. */

@@ -134,8 +134,7 @@ void load_quads()
 /* Bilinear weights of the 2 x 2 texels from base on, 0 where a texel is not the same surface. */
 vec4 footprint(Reprojection r, ivec2 base, vec2 f, uvec2 taps[4], nrd_surface surface)
 {
-    vec2 size_prev = vec2(g.rect_width_prev, g.rect_height_prev);
-    Plane plane = make_plane(mat3(g.world_to_view_prev) * surface.normal, r.position, (vec2(base) + 0.5) / size_prev + jitter_prev_uv(), 1.0 / size_prev, g.frustum_prev,
+    Plane plane = make_plane(mat3(g.world_to_view_prev) * surface.normal, r.position, (vec2(base) + 0.5) * g.px_uv.zw + jitter_prev_uv(), g.px_uv.zw, g.frustum_prev,
                              g.orthographic_prev, 1.0 / r.tolerance, g.denoising_range_prev);
     vec4 w = vec4((1.0 - f.x) * (1.0 - f.y), f.x * (1.0 - f.y), (1.0 - f.x) * f.y, f.x * f.y);
     for (int i = 0; i < 4; i++) {
@@ -166,7 +165,7 @@ History no_history() { return History(Lobe(0.0, 0.0, 0.0, vec3(0.0)), Lobe(0.0, 
 
 History fetch_history(Reprojection r, nrd_surface surface)
 {
-    vec2 position_px = r.uv * vec2(g.rect_width_prev, g.rect_height_prev), corner = floor(position_px - 0.5), f = position_px - 0.5 - corner;
+    vec2 place = place_prev(r.uv), corner = floor(place), f = place - corner;
     vec2 uv = (corner + 1.0) / vec2(textureSize(prev_tap, 0));   /* where the four meet */
     uvec4 x = textureGather(prev_tap, uv, 0).wzxy, y = uvec4(0u), states = uvec4(0u);
 #if defined(SPECULAR) || defined(DIRECTIONAL)
@@ -208,7 +207,7 @@ float specular_limit(vec3 position, vec2 uv_prev, float hit_dist, float roughnes
 {
     vec3 ray = g.orthographic > 0.5 ? vec3(0.0, 0.0, 1.0) : normalize(position);
     float distance = length(position), q = hit_dist / (hit_dist + distance), alpha = max(roughness * roughness, 1e-4);
-    vec2 rect_prev = vec2(g.rect_width_prev, g.rect_height_prev);
+    vec2 rect_prev = g.rect_px.zw;
     vec2 still = project_prev((g.view_to_view_prev * vec4(position, 1.0)).xyz);
     vec2 mirrored = project_prev((g.view_to_view_prev * vec4(position + ray * hit_dist, 1.0)).xyz);
     float shift = is_absent(NRD_ABSENT_MOTION) ? 0.0 : length((mirrored - still) * rect_prev) + q * length((uv_prev - still) * rect_prev);
@@ -278,7 +277,7 @@ Around look_around(ivec2 pixel, float z, vec3 normal, vec2 noisy)
 {
     vec2 uv = ray_uv(pixel);
     ivec2 quad = ivec2(gl_LocalInvocationID.xy) >> 1;
-    Plane plane = make_plane(normal * mat3(g.view_to_world), view_position(uv, z, g.frustum, g.orthographic), uv, 1.0 / vec2(rect_size()), g.frustum,
+    Plane plane = make_plane(normal * mat3(g.view_to_world), view_position(uv, z, g.frustum, g.orthographic), uv, g.px_uv.xy, g.frustum,
                              g.orthographic, 1.0 / plane_tolerance(g.plane_distance_sensitivity, z), 1.0);
     vec2 center = 0.5 - vec2(pixel & 1);   /* of its quad */
     vec2 reciprocal = mix(1.0 / max(noisy, vec2(LEAST_RADIUS)), vec2(0.0), equal(noisy, vec2(0.0)));

@@ -74,6 +74,7 @@ struct Center {
     float reach;       /* longer of them */
     float pixel_size;  /* units */
     float tolerance;   /* distance off the plane, units */
+    float bend;        /* of the normal as stored to the exact one */
     Plane plane;
 };
 
@@ -81,7 +82,7 @@ struct Center {
 vec2 to_px(vec3 d, vec3 point)
 {
     vec2 xy = mix((d.xy - point.xy * (d.z / point.z)) / point.z, d.xy, g.orthographic);
-    return xy / g.frustum.zw * vec2(rect_size());
+    return xy / g.frustum.zw * g.rect_px.xy;
 }
 
 Center make_center(ivec2 pixel, Texel texel)
@@ -99,14 +100,16 @@ Center make_center(ivec2 pixel, Texel texel)
     c.reach = sqrt(max(dot(c.axes[0], c.axes[0]), dot(c.axes[1], c.axes[1])));
     c.pixel_size = g.pixel_unproject * mix(z, 1.0, g.orthographic);
     c.tolerance = plane_tolerance(g.plane_distance_sensitivity, z) + 2.0 * TAP_DEPTH_ERROR * z;
-    c.plane = make_plane(normal_vs, c.position, uv, 1.0 / vec2(rect_size()), g.frustum, g.orthographic, 1.0, g.denoising_range);
+    c.bend = tap_bend(texel.tap, c.surface.normal);
+    c.plane = make_plane(normal_vs, c.position, uv, g.px_uv.xy, g.frustum, g.orthographic, 1.0, g.denoising_range);
     return c;
 }
 
 /* Weight of a tap, without its history; 0: not the same surface. */
 float surface_weight(Center c, vec2 offset, bool inside, uvec2 tap, float radius, float normal_scale, int i)
 {
-    float distance = abs(plane_distance(c.plane, offset, tap_relative_depth(tap))), bend = tap_bend(tap, c.surface.normal);
+    float distance = abs(plane_distance(c.plane, offset, tap_relative_depth(tap))), bend = c.bend;
+    if (!same_tap_normal(tap, c.texel.tap)) bend = tap_bend(tap, c.surface.normal);   /* mostly it is the same: decoding is a fifth of the pass */
     bool same = inside && !tap_is_sky(tap) && same_material(tap_material(tap), tap_material(c.texel.tap)) && bend < WIDEST_BEND
              && distance < c.tolerance + CURVATURE * radius * length(DISC[i]);
     return same ? exp2(normal_scale * bend - FALLOFF * (float(i) + 0.5)) : 0.0;

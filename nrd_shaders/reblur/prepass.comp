@@ -38,7 +38,7 @@ void store_light(ivec2 pixel, LightSums sums, vec3 normal, vec3 position, float 
 {
     vec3 view = mat3(g.view_to_world) * -normalize(mix(position, vec3(0.0, 0.0, 1.0), g.orthographic));
     int signal = SPECULAR_SIGNAL >= 0 ? SPECULAR_SIGNAL : 0;
-    vec4 light = finish_light(sums, Receiver(normal, view, roughness), signal, weight, luma, weight);
+    vec4 light = finish_light(sums, Receiver(normal, view, roughness), signal, sums.normal / weight, luma, weight);
     imageStore(out_sh1, pixel, round_half(vec4(light.xyz * (luma / weight), light.w)));
 }
 #endif

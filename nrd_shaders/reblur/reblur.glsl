@@ -9,44 +9,43 @@ const float LOG2_E = 1.442695;
 
 struct Center {
     ivec2 pixel;
-    Plane plane;        /* distance 1 is the tolerance */
-    vec3 normal;        /* world */
+    Plane plane;        /* distance 1 is the tolerance; in steps */
+    vec2 normal;        /* stereographic */
+    float bend_scale;   /* of normal_bend() */
     uint material, own_material;   /* material: those that are one class have one number */
 #ifdef SH
+    vec3 normal_vs;
     Receiver receiver;
     float frames[SIGNALS];
 #endif
 #ifdef SPECULAR
     float roughness, roughness_scale;
     float lobe_scale;       /* exponent per 1 - cos of the angle to a neighbour's normal */
-    float footprint_scale;  /* exponent per squared distance, px */
+    float footprint_scale;  /* exponent per squared distance, steps */
 #endif
 };
 
 struct Neighbour {
     ivec2 pixel;        /* where to read; the centre itself where there is nothing to read */
-    vec2 offset;        /* from the centre, px */
+    vec2 slope;         /* what the plane's terms change by */
+    float squared;      /* distance from the centre, steps */
     bool inside;        /* the rectangle */
 };
 
 #ifdef SPECULAR
-vec3 guide_tap_direction(uvec2 guide) { return guide_fine_direction(guide); }
+vec2 guide_tap_point(uvec2 guide) { return guide_fine_point(guide); }
 #else
-vec3 guide_tap_direction(uvec2 guide) { return guide_direction(guide.x); }
+vec2 guide_tap_point(uvec2 guide) { return guide_point(guide.x); }
 #endif
 
-/* Of unit length, world. */
-vec3 guide_tap_normal(uvec2 guide)
-{
-    vec3 direction = guide_tap_direction(guide);
-    return direction * inversesqrt(dot(direction, direction));
-}
+/* Of unit length, in the view space of the guide's frame. */
+vec3 guide_tap_normal(uvec2 guide) { return guide_normal(guide_tap_point(guide)); }
 
-/* 1 - cos of the angle between the normals. */
+/* 1 - cos of the angle between the normals: guide_bend(). */
 float normal_bend(Center c, uvec2 guide)
 {
-    vec3 direction = guide_tap_direction(guide);
-    return 1.0 - dot(c.normal, direction) * inversesqrt(dot(direction, direction));
+    vec2 point = guide_tap_point(guide), way = point - c.normal;
+    return c.bend_scale * dot(way, way) / (1.0 + dot(point, point));
 }
 
 #ifdef SPECULAR
@@ -56,7 +55,7 @@ const float FOOTPRINT_WIDTH = 2.4;   /* standard deviation of the kernel, footpr
 void set_lobe(inout Center c, float roughness, float tracked, float z, vec2 uv)
 {
     float alpha = max(roughness * roughness, 1e-4), tolerance = atan(alpha) + 0.01;
-    float footprint = lobe_footprint(alpha, tracked, z, uv);
+    float footprint = lobe_footprint(alpha, tracked, z, uv) / float(max(push.step_size, 1));
     c.roughness = roughness;
     c.roughness_scale = 1.0 / (0.1 * roughness + 0.01);
     c.lobe_scale = -LOG2_E * max(1.0 / (tolerance * tolerance), g.normal_sensitivity);
@@ -68,7 +67,7 @@ void set_lobe(inout Center c, float roughness, float tracked, float z, vec2 uv)
 Receiver make_receiver(uvec2 guide, vec2 uv, float z, float roughness)
 {
     vec3 position = view_position(uv, z, g.frustum, g.orthographic);
-    return Receiver(guide_tap_normal(guide), mat3(g.view_to_world) * -normalize(mix(position, vec3(0.0, 0.0, 1.0), g.orthographic)), roughness);
+    return Receiver(mat3(g.view_to_world) * guide_tap_normal(guide), mat3(g.view_to_world) * -normalize(mix(position, vec3(0.0, 0.0, 1.0), g.orthographic)), roughness);
 }
 #endif
 
@@ -77,7 +76,8 @@ Center make_center(ivec2 pixel, uvec2 guide, float slack, float tracked)
 {
     Center c;
     c.pixel = pixel;
-    c.normal = normalize(guide_tap_direction(guide));
+    c.normal = guide_tap_point(guide);
+    c.bend_scale = 2.0 / (1.0 + dot(c.normal, c.normal));
     c.own_material = guide.x >> 30;
     c.material = max(c.own_material, g.min_material);
     float z = guide_relative_depth(guide.x) * g.denoising_range;
@@ -86,37 +86,40 @@ Center make_center(ivec2 pixel, uvec2 guide, float slack, float tracked)
 #endif
     vec2 uv = pixel_uv(pixel);
     SH_ONLY(UNROLL for (int s = 0; s < SIGNALS; s++) c.frames[s] = guide_frames(guide, s);)
+    SH_ONLY(c.normal_vs = guide_normal(c.normal);)
     SH_ONLY(c.receiver = make_receiver(guide, uv, z, guide_roughness(guide));)
     float scale = 1.0 / plane_tolerance(g.plane_distance_sensitivity * slack, z);
-    c.plane = make_plane(c.normal * mat3(g.view_to_world), view_position(uv, z, g.frustum, g.orthographic), uv, 1.0 / vec2(rect_size()), g.frustum,
+    c.plane = make_plane(guide_normal(c.normal), view_position(uv, z, g.frustum, g.orthographic), uv, float(push.step_size) * g.px_uv.xy, g.frustum,
                          g.orthographic, scale, g.denoising_range);
     return c;
 }
 
-/* grid: in steps, given twice: conversions are slow. */
-Neighbour find_neighbour(Center c, ivec2 grid, vec2 grid_float)
+/* grid: in steps. */
+Neighbour find_neighbour(Center c, ivec2 grid)
 {
     Neighbour n;
     n.pixel = c.pixel + grid * push.step_size;
-    n.offset = grid_float * float(push.step_size);
     n.inside = all(lessThan(uvec2(n.pixel), uvec2(rect_size())));
     if (!n.inside) n.pixel = c.pixel;
+    vec2 x = vec2(c.plane.along_z.y, c.plane.across.y), y = vec2(c.plane.along_z.z, c.plane.across.z);
+    n.slope = (grid.x > 0 ? x : grid.x < 0 ? -x : vec2(0.0)) + (grid.y > 0 ? y : grid.y < 0 ? -y : vec2(0.0));
+    n.squared = grid.x != 0 && grid.y != 0 ? 2.0 : 1.0;
     return n;
 }
 
 /* Weight without the normals: 0 for sky, another material, off the plane, outside the rectangle. */
 float plane_weight(Center c, Neighbour n, uint code)
 {
-    float distance = abs(plane_distance(c.plane, n.offset, guide_relative_depth(code)));
+    float distance = abs(guide_relative_depth(code) * (c.plane.along_z.x + n.slope.x) + (c.plane.across.x + n.slope.y));
     bool usable = n.inside && !guide_is_sky(code) && (is_absent(NRD_ABSENT_MATERIALS) || max(code >> 30, g.min_material) == c.material);
     return usable ? clamp(1.0 - distance, 0.0, 1.0) : 0.0;
 }
 
 /* Exponent of 2 and factor of what a signal's lobe makes of a neighbour. normal_scale: of the diffuse lobe. */
-float lobe_exponent(Center c, int signal, float normal_scale, float bend, vec2 offset)
+float lobe_exponent(Center c, int signal, float normal_scale, float bend, float squared)
 {
 #ifdef SPECULAR
-    if (signal == SPECULAR_SIGNAL) return c.lobe_scale * bend + c.footprint_scale * dot(offset, offset);
+    if (signal == SPECULAR_SIGNAL) return c.lobe_scale * bend + c.footprint_scale * squared;
 #endif
     return normal_scale * bend;
 }

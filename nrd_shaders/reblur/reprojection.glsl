@@ -36,14 +36,13 @@ Reprojection reproject(ivec2 pixel, vec2 uv, float z, float signed_z, uint mater
 /* Texels of a footprint that count: where nothing moves, the pixel itself. */
 const int TEXELS = (SPEC_ABSENT & uint(NRD_ABSENT_MOTION)) != 0u ? 1 : 4;
 
-vec2 size_prev_px() { return vec2(g.rect_width_prev, g.rect_height_prev); }
+vec2 size_prev_px() { return g.rect_px.zw; }
 
 Footprint fetch_footprint(vec2 uv_prev)
 {
     Footprint f;
-    vec2 position_px = uv_prev * size_prev_px(), corner = floor(position_px - 0.5);
-    if (is_absent(NRD_ABSENT_MOTION)) corner = vec2(gl_GlobalInvocationID.xy), position_px = corner + 0.5;
-    f.fraction = position_px - 0.5 - corner;
+    vec2 place = is_absent(NRD_ABSENT_MOTION) ? vec2(gl_GlobalInvocationID.xy) : place_prev(uv_prev), corner = floor(place);
+    f.fraction = place - corner;
     f.corner_uv = (corner + 1.0) / vec2(textureSize(prev_guide, 0));
     f.base = ivec2(corner);
     f.guides = textureGather(prev_guide, f.corner_uv, 0).wzxy;
@@ -55,8 +54,8 @@ Footprint fetch_footprint(vec2 uv_prev)
 /* Bilinear weights, 0 where a texel is off the plane through a point (previous view space), of another material or outside. */
 void weigh_surface(inout Footprint f, vec3 point_vs, vec3 normal_ws, uint material, float tolerance)
 {
-    vec2 size_prev = size_prev_px(), a = f.fraction;
-    Plane plane = make_plane(mat3(g.world_to_view_prev) * normal_ws, point_vs, (vec2(f.base) + 0.5) / size_prev + jitter_prev_uv(), 1.0 / size_prev, g.frustum_prev,
+    vec2 a = f.fraction;
+    Plane plane = make_plane(mat3(g.world_to_view_prev) * normal_ws, point_vs, (vec2(f.base) + 0.5) * g.px_uv.zw + jitter_prev_uv(), g.px_uv.zw, g.frustum_prev,
                              g.orthographic_prev, 1.0 / tolerance, g.denoising_range_prev);
     f.weights = vec4((1.0 - a.x) * (1.0 - a.y), a.x * (1.0 - a.y), (1.0 - a.x) * a.y, a.x * a.y);
     for (int i = 0; i < TEXELS; i++) {
@@ -87,6 +86,7 @@ History no_history()
 /* Custom bilinear: the texels of the footprint that are the same surface, renormalised. */
 History fetch_history(Footprint f, vec4 weights, int signal, vec3 normal_ws)
 {
+    vec2 normal_prev = guide_stereographic(mat3(g.world_to_view_prev) * normal_ws);
     float sum = weights.x + weights.y + weights.z + weights.w;
     History h = no_history();
     if (!(sum > 0.01)) return h;
@@ -95,7 +95,7 @@ History fetch_history(Footprint f, vec4 weights, int signal, vec3 normal_ws)
     for (int i = 0; i < TEXELS; i++) {
         if (!(w[i] > 0.0)) continue;
         Track track = unpack_track(tracks[i]);
-        h.bend += w[i] * max(guide_bend(f.guides[i], normal_ws), 0.0);
+        h.bend += w[i] * guide_bend(guide_point(f.guides[i]), normal_prev);
         h.frames += w[i] * guide_frames(uvec2(0u, f.seconds[i]), signal);
         h.hit_dist += w[i] * track.hit_dist;
         h.stabilized += w[i] * stabilized[i];
@@ -104,6 +104,7 @@ History fetch_history(Footprint f, vec4 weights, int signal, vec3 normal_ws)
         h.color += w[i] * color;
         SH_ONLY(add_light(h.light, load_light_history(signal, texel), color.x, guide_tap_normal(uvec2(f.guides[i], f.seconds[i])), w[i]);)
     }
+    SH_ONLY(h.light.normal = h.light.normal * mat3(g.world_to_view_prev);)
     h.frames *= sqrt(min(sum, 1.0));   /* part of the footprint is gone: the rest is stretched */
     return h;
 }

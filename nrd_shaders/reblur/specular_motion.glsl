@@ -96,7 +96,7 @@ Tracking track_hit_distance(ivec2 pixel, nrd_surface surface)
 {
     float z = s_surface[own_cell()].w, own = s_tracked[own_cell()], scale = 1.0 / plane_tolerance(g.plane_distance_sensitivity, z);
     vec2 uv = ray_uv(pixel);
-    Plane plane = make_plane(surface.normal * mat3(g.view_to_world), view_position(uv, z, g.frustum, g.orthographic), uv, 1.0 / vec2(rect_size()), g.frustum,
+    Plane plane = make_plane(surface.normal * mat3(g.view_to_world), view_position(uv, z, g.frustum, g.orthographic), uv, g.px_uv.xy, g.frustum,
                              g.orthographic, scale, 1.0);
     float nearest = own < 0.0 ? 2.0 : own, second = 2.0;
     vec3 sums = own < 0.0 ? vec3(0.0) : vec3(own, own * own, 1.0);
@@ -171,8 +171,8 @@ vec3 mean_normal(Footprint f, vec3 otherwise)
 {
     vec3 sum = vec3(0.0);
     UNROLL for (int i = 0; i < 4; i++)
-        if (f.weights[i] > 0.0) sum += f.weights[i] * normalize(guide_fine_direction(uvec2(f.guides[i], f.seconds[i])));
-    return dot(sum, sum) > 1e-6 ? normalize(sum) : otherwise;
+        if (f.weights[i] > 0.0) sum += f.weights[i] * guide_normal(guide_fine_point(uvec2(f.guides[i], f.seconds[i])));
+    return dot(sum, sum) > 1e-6 ? normalize(sum) * mat3(g.world_to_view_prev) : otherwise;
 }
 
 /* Nothing around was sampled: what history tracked. */
@@ -366,7 +366,8 @@ History find_specular_history(ivec2 pixel, float z, Reprojection r, Footprint f,
     vec3 position = view_position(ray_uv(pixel), z, g.frustum, g.orthographic);
     f.weights *= roughness_agreement(f, surface.roughness) * material_agreement(f, surface.material_id, NRD_MATERIAL_LEAST_SPECULAR);
     SpecularMatch match = SpecularMatch(f, mean_frames(f, SPECULAR_SIGNAL), surface.normal, r.uv);
-    vec3 stored_normal = normalize(guide_fine_direction(uvec2(guide_pack(z, surface.normal, 0u), guide_pack_fine(surface.normal))));
+    vec3 normal_vs = surface.normal * mat3(g.view_to_world);
+    vec3 stored_normal = mat3(g.view_to_world) * guide_normal(guide_fine_point(uvec2(guide_pack(z, normal_vs, 0u), guide_pack_fine(normal_vs))));
     vec3 normal_prev = mean_normal(f, stored_normal);
     float drift = DRIFT * max(footprint, LEAST_FOOTPRINT) / max(match.frames, 1.0), turned_px = 2.0 * length(normal_prev - stored_normal) * footprint / alpha;
     GivenMotion given = load_given_motion(pixel);

@@ -226,9 +226,10 @@ void denoise(ivec2 pixel)
     Footprint f = fetch_footprint(r.uv);
     if (is_reset()) f.weights = vec4(0.0);
     else weigh_surface(f, r.position, surface.normal, surface.material_id, r.tolerance);
-    uvec2 guide = uvec2(guide_pack(z, surface.normal, surface.material_id), 0u);
+    vec3 normal_vs = surface.normal * mat3(g.view_to_world);
+    uvec2 guide = uvec2(guide_pack(z, normal_vs, surface.material_id), 0u);
 #ifdef SPECULAR
-    guide.y = guide_pack_fine(surface.normal);
+    guide.y = guide_pack_fine(normal_vs);
 #endif
     SH_ONLY(Receiver receiver = make_receiver(guide, pixel_uv(pixel), z, surface.roughness);)
 #ifdef DIFFUSE
