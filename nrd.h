@@ -379,7 +379,7 @@ NRD_DECL bool nrd_format_is_uint(nrd_format format);
     X(uint, restart, 0, 0, 1, "", "1: forget all history (camera cut)") \
     X(uint, history_confidence_available, 0, 0, 1, "", "1: IN_DIFF_CONFIDENCE and IN_SPEC_CONFIDENCE are bound, as far as the signals exist (needs NRD_FEATURE_HISTORY_CONFIDENCE)") \
     X(uint, disocclusion_threshold_mix_available, 0, 0, 1, "", "1: IN_DISOCCLUSION_THRESHOLD_MIX is bound (needs the feature)") \
-    X(uint, specular_motion, NRD_SPECULAR_MOTION_NONE, 0, 2, "", "what IN_SPEC_MV holds, NRD_SPECULAR_MOTION_IMAGE or _HIT; 0: it is not bound; REBLUR_SPECULAR and REBLUR_DIFFUSE_SPECULAR read it (needs NRD_FEATURE_SPECULAR_MOTION)") \
+    X(uint, specular_motion, NRD_SPECULAR_MOTION_NONE, 0, 2, "", "what IN_SPEC_MV holds, NRD_SPECULAR_MOTION_IMAGE or _HIT; 0: it is not bound; the REBLUR denoisers of specular radiance read it (needs NRD_FEATURE_SPECULAR_MOTION)") \
     X(uint, strand_material_id, 4, 0, 4, "", "material id of hair and grass: the thinner a strand against a pixel, the more disocclusion_threshold_alternate counts, and nearly all history where parallax is below a pixel; 4 none (needs NRD_FEATURE_MATERIALS)") \
     X(float, strand_thickness, 80e-6f, 1e-7f, 1e3f, "units", "of one strand of that material") \
     X(uint, camera_attached_reflection_material_id, 4, 0, 4, "", "material id of mirrors that show what moves with the camera: their reflections follow the surface; 4 none (needs NRD_FEATURE_MATERIALS)")
@@ -388,7 +388,7 @@ NRD_DECL bool nrd_format_is_uint(nrd_format format);
     X(uint, max_accumulated_frames, 4095, 0, 65535, "frames", "exact mean up to here, exponential beyond; restarts when the camera or the rectangle changes")
 
 #define NRDI_CHECKERBOARD_SETTINGS(X) \
-    X(uint, diffuse_checkerboard, 0, 0, 2, "", "the noisy diffuse input holds every other pixel, in the left half: 0 off, 1 black: those with nrd_checkerboard_color() 0, 2 white: 1 (needs NRD_FEATURE_CHECKERBOARD); ignored by denoisers with directions (SH)") \
+    X(uint, diffuse_checkerboard, 0, 0, 2, "", "the noisy diffuse input holds every other pixel, in the left half: 0 off, 1 black: those with nrd_checkerboard_color() 0, 2 white: 1 (needs NRD_FEATURE_CHECKERBOARD)") \
     X(uint, specular_checkerboard, 0, 0, 2, "", "the same for the specular input; 2 with diffuse_checkerboard 1: one path per pixel for both")
 
 #define NRD_REBLUR_SETTINGS(X) \
@@ -411,7 +411,7 @@ NRD_DECL bool nrd_format_is_uint(nrd_format format);
     X(float, stabilization_sigma_scale, 1.6f, 0.1f, 100.0f, "standard deviations", "stabilised history farther from the filtered value is pulled in") \
     X(uint, min_material_for_diffuse, 4, 0, 4, "", "material ids above it are kept apart from each other and the rest; 4 mixes all") \
     X(uint, return_history_length_instead_of_occlusion, 0, 0, 1, "", "1: w of the outputs is the history length in frames") \
-    X(uint, hit_distance_reconstruction, 0, 0, 2, "", "hit distances of lobes that were not sampled (0) are taken from neighbours: 0 off, 1: of 3x3, 2: of 5x5 pixels (needs NRD_FEATURE_HIT_DISTANCE_RECONSTRUCTION); ignored with a checkerboard and by denoisers with directions (SH)") \
+    X(uint, hit_distance_reconstruction, 0, 0, 2, "", "hit distances of lobes that were not sampled (0) are taken from neighbours: 0 off, 1: of 3x3, 2: of 5x5 pixels (needs NRD_FEATURE_HIT_DISTANCE_RECONSTRUCTION); ignored with a checkerboard") \
     X(uint, min_material_for_specular, 4, 0, 4, "", "as min_material_for_diffuse; without NRD_FEATURE_MATERIALS the smaller one counts for both signals of a denoiser") \
     NRDI_CHECKERBOARD_SETTINGS(X) \
     X(float, responsive_roughness, 0.0f, 0.0f, 1.0f, "", "specular history is shorter on surfaces smoother than this, the shorter the smoother: reacts faster, is noisier; 0 off") \
@@ -777,7 +777,7 @@ NRD_DECL bool nrd_check_rule(const uint64_t *counters, uint32_t i, nrd_finding *
 /* ---------------------------------------------------------------------------------------------------------------------------
    Pass tables  >>tables
    A denoiser is a row with its textures and passes; everything below interprets these rows. */
-enum { NRDI_MAX_USES = 32, NRDI_MAX_TEXTURES = 20, NRDI_MAX_PASSES = 16, NRDI_TILE_PX = 8 };
+enum { NRDI_MAX_USES = 36, NRDI_MAX_TEXTURES = 20, NRDI_MAX_PASSES = 20, NRDI_TILE_PX = 8 };
 enum { NRDI_TRANSIENT, NRDI_PERMANENT, NRDI_PING_PONG };
 enum { NRDI_MAX_SIZE = 16384 };   /* px, of either side */
 
@@ -885,17 +885,21 @@ enum { NRDI_TAP, NRDI_STATE };
    texture take turns. */
 #define NRDI_ACCUMULATION_SH(S, prepass) NRDI_IN_IF(OUT_##S##_SH1, prepass, IN_##S##_SH1), NRDI_READ(NRDI_##S##_SH_HISTORY), NRDI_OUT(OUT_##S##_SH1)
 
-#define NRDI_HITDIST(S) NRDI_READ_IF(NRDI_##S##_HITDIST, NRDI_IF_RECONSTRUCTION, IN_##S##_RADIANCE_HITDIST)
-#define NRDI_SPECULAR_EXTRAS NRDI_IN(IN_SPEC_RADIANCE_HITDIST), NRDI_HITDIST(SPEC), NRDI_IN_IF(IN_SPEC_MV, NRDI_IF_SPECULAR_MOTION, IN_VIEWZ)
-#define NRDI_RECONSTRUCTION(S, text) \
+#define NRDI_HITDIST(S) NRDI_HITDIST_OF(S, S##_RADIANCE_HITDIST)
+#define NRDI_HITDIST_OF(S, image) NRDI_READ_IF(NRDI_##S##_HITDIST, NRDI_IF_RECONSTRUCTION, IN_##image)
+#define NRDI_SPECULAR_EXTRAS NRDI_SPECULAR_EXTRAS_OF(SPEC_RADIANCE_HITDIST)
+#define NRDI_SPECULAR_EXTRAS_OF(image) NRDI_IN(IN_##image), NRDI_HITDIST_OF(SPEC, image), NRDI_IN_IF(IN_SPEC_MV, NRDI_IF_SPECULAR_MOTION, IN_VIEWZ)
+#define NRDI_RECONSTRUCTION(S, text) NRDI_RECONSTRUCTION_OF(S, S##_RADIANCE_HITDIST, text)
+#define NRDI_RECONSTRUCTION_OF(S, image, text) \
     { "hit distance reconstruction" text, "reblur_hit_distance_reconstruction", NRDI_IF_RECONSTRUCTION, NRD_FEATURE_HIT_DISTANCE_RECONSTRUCTION, 0, NRDI_LOBE_##S, \
-      { NRDI_IN(IN_NORMAL_ROUGHNESS), NRDI_IN(IN_VIEWZ), NRDI_IN(IN_##S##_RADIANCE_HITDIST), NRDI_WRITE(NRDI_##S##_HITDIST), NRDI_STOP } }
+      { NRDI_IN(IN_NORMAL_ROUGHNESS), NRDI_IN(IN_VIEWZ), NRDI_IN(IN_##image), NRDI_WRITE(NRDI_##S##_HITDIST), NRDI_STOP } }
 #define NRDI_PREPASS(S, shader, text, prepass) \
     { "pre-pass" text, shader, prepass, NRD_FEATURE_PREPASS, 0, 0, \
       { NRDI_IN(IN_NORMAL_ROUGHNESS), NRDI_IN(IN_VIEWZ), NRDI_IN(IN_##S##_RADIANCE_HITDIST), NRDI_OUT(OUT_##S##_RADIANCE_HITDIST), NRDI_HITDIST(S), NRDI_STOP } }
 #define NRDI_PREPASS_SH(S, shader, text, prepass) \
     { "pre-pass" text, shader, prepass, NRD_FEATURE_PREPASS, 0, 0, \
-      { NRDI_IN(IN_NORMAL_ROUGHNESS), NRDI_IN(IN_VIEWZ), NRDI_IN(IN_##S##_SH0), NRDI_OUT(OUT_##S##_SH0), NRDI_IN(IN_##S##_SH1), NRDI_OUT(OUT_##S##_SH1), NRDI_STOP } }
+      { NRDI_IN(IN_NORMAL_ROUGHNESS), NRDI_IN(IN_VIEWZ), NRDI_IN(IN_##S##_SH0), NRDI_OUT(OUT_##S##_SH0), NRDI_HITDIST_OF(S, S##_SH0), \
+        NRDI_IN(IN_##S##_SH1), NRDI_OUT(OUT_##S##_SH1), NRDI_STOP } }
 #define NRDI_LIGHTING_CHANGE(S, text) \
     { "lighting change" text, "reblur_lighting_change", NRDI_IF_ANTILAG, 0, NRDI_TILE_PX, 0, \
       { NRDI_READ(NRDI_##S##_TILE_RAW), NRDI_READ(NRDI_##S##_TILE), NRDI_WRITE(NRDI_##S##_TILE), NRDI_STOP } }
@@ -1072,9 +1076,10 @@ static const nrdi_denoiser_row nrdi_rows[] = {
 #if NRDI_WITH(REBLUR_DIFFUSE_SH)
     { NRDI_FAMILY_REBLUR,
       { NRDI_REBLUR_TEXTURES },
-      { NRDI_PREPASS_SH(DIFF, "reblur_prepass_diffuse_sh", "", NRDI_IF_PREPASS),
+      { NRDI_RECONSTRUCTION_OF(DIFF, DIFF_SH0, ""), NRDI_PREPASS_SH(DIFF, "reblur_prepass_diffuse_sh", "", NRDI_IF_PREPASS),
         { "temporal accumulation", "reblur_temporal_accumulation_diffuse_sh", NRDI_ALWAYS, 0, 0, 0,
-          { NRDI_ACCUMULATION_GUIDES, NRDI_ACCUMULATION_OF(DIFF, DIFF_SH0, NRDI_IF_PREPASS), NRDI_ACCUMULATION_SH(DIFF, NRDI_IF_PREPASS), NRDI_STOP } },
+          { NRDI_ACCUMULATION_GUIDES, NRDI_ACCUMULATION_OF(DIFF, DIFF_SH0, NRDI_IF_PREPASS), NRDI_HITDIST_OF(DIFF, DIFF_SH0),
+            NRDI_ACCUMULATION_SH(DIFF, NRDI_IF_PREPASS), NRDI_STOP } },
         NRDI_LIGHTING_CHANGE(DIFF, ""),
         { "blur", "reblur_blur_diffuse_sh", NRDI_ALWAYS, 0, 0, 0,
           { NRDI_READ(NRDI_GUIDE), NRDI_BLUR_OF(DIFF, DIFF_SH0, NRDI_GUIDE), NRDI_IN(OUT_DIFF_SH1), NRDI_WRITE(NRDI_DIFF_SH), NRDI_WRITE(NRDI_DIFF_SH_HISTORY), NRDI_STOP } },
@@ -1090,10 +1095,10 @@ static const nrdi_denoiser_row nrdi_rows[] = {
 #if NRDI_WITH(REBLUR_SPECULAR_SH)
     { NRDI_FAMILY_REBLUR,      /* the previous half of SPEC_TRACK is dead after accumulation, too */
       { NRDI_REBLUR_TEXTURES },
-      { NRDI_PREPASS_SH(SPEC, "reblur_prepass_specular_sh", "", NRDI_IF_SPEC_PREPASS),
+      { NRDI_RECONSTRUCTION_OF(SPEC, SPEC_SH0, ""), NRDI_PREPASS_SH(SPEC, "reblur_prepass_specular_sh", "", NRDI_IF_SPEC_PREPASS),
         { "temporal accumulation", "reblur_temporal_accumulation_specular_sh", NRDI_ALWAYS, 0, 0, 0,
           { NRDI_ACCUMULATION_GUIDES, NRDI_READ_PREV(NRDI_SPEC_TRACK), NRDI_WRITE(NRDI_SPEC_TRACK), NRDI_ACCUMULATION_OF(SPEC, SPEC_SH0, NRDI_IF_SPEC_PREPASS),
-            NRDI_IN(IN_SPEC_SH0), NRDI_ACCUMULATION_SH(SPEC, NRDI_IF_SPEC_PREPASS), NRDI_STOP } },
+            NRDI_SPECULAR_EXTRAS_OF(SPEC_SH0), NRDI_ACCUMULATION_SH(SPEC, NRDI_IF_SPEC_PREPASS), NRDI_STOP } },
         NRDI_LIGHTING_CHANGE(SPEC, ""),
         { "blur", "reblur_blur_specular_sh", NRDI_ALWAYS, 0, 0, 0,
           { NRDI_READ(NRDI_GUIDE), NRDI_READ(NRDI_SPEC_TRACK), NRDI_BLUR_OF(SPEC, SPEC_SH0, NRDI_GUIDE), NRDI_IN(OUT_SPEC_SH1), NRDI_WRITE_PREV(NRDI_SPEC_TRACK), NRDI_WRITE(NRDI_SPEC_SH_HISTORY), NRDI_STOP } },
@@ -1109,12 +1114,13 @@ static const nrdi_denoiser_row nrdi_rows[] = {
 #if NRDI_WITH(REBLUR_DIFFUSE_SPECULAR_SH)
     { NRDI_FAMILY_REBLUR,
       { NRDI_REBLUR_TEXTURES },
-      { NRDI_PREPASS_SH(DIFF, "reblur_prepass_diffuse_sh", " (diffuse)", NRDI_IF_PREPASS),
+      { NRDI_RECONSTRUCTION_OF(DIFF, DIFF_SH0, " (diffuse)"), NRDI_RECONSTRUCTION_OF(SPEC, SPEC_SH0, " (specular)"),
+        NRDI_PREPASS_SH(DIFF, "reblur_prepass_diffuse_sh", " (diffuse)", NRDI_IF_PREPASS),
         NRDI_PREPASS_SH(SPEC, "reblur_prepass_specular_sh", " (specular)", NRDI_IF_SPEC_PREPASS),
         { "temporal accumulation", "reblur_temporal_accumulation_diffuse_specular_sh", NRDI_ALWAYS, 0, 0, 0,
           { NRDI_ACCUMULATION_GUIDES, NRDI_READ_PREV(NRDI_TRACK), NRDI_WRITE(NRDI_TRACK), NRDI_ACCUMULATION_OF(DIFF, DIFF_SH0, NRDI_IF_PREPASS),
-            NRDI_ACCUMULATION_OF(SPEC, SPEC_SH0, NRDI_IF_SPEC_PREPASS), NRDI_IN(IN_SPEC_SH0), NRDI_ACCUMULATION_SH(DIFF, NRDI_IF_PREPASS),
-            NRDI_ACCUMULATION_SH(SPEC, NRDI_IF_SPEC_PREPASS), NRDI_STOP } },
+            NRDI_ACCUMULATION_OF(SPEC, SPEC_SH0, NRDI_IF_SPEC_PREPASS), NRDI_SPECULAR_EXTRAS_OF(SPEC_SH0), NRDI_HITDIST_OF(DIFF, DIFF_SH0),
+            NRDI_ACCUMULATION_SH(DIFF, NRDI_IF_PREPASS), NRDI_ACCUMULATION_SH(SPEC, NRDI_IF_SPEC_PREPASS), NRDI_STOP } },
         NRDI_LIGHTING_CHANGE(DIFF, " (diffuse)"),
         NRDI_LIGHTING_CHANGE(SPEC, " (specular)"),
         { "blur", "reblur_blur_diffuse_specular_sh", NRDI_ALWAYS, 0, 0, 0,
@@ -2236,14 +2242,6 @@ static void nrdi_fill_frame(const nrd *n, nrd_constants *c)
     c->flags = nrdi_frame_flags(f);
 }
 
-static bool nrdi_has_directions(const nrdi_denoiser_row *row)
-{
-    bool has = false;
-    for (uint32_t p = 0; p < nrdi_pass_count(row); p++)
-        has |= nrdi_pass_uses(&row->passes[p], NRDI_DIFF_SH_HISTORY) || nrdi_pass_uses(&row->passes[p], NRDI_SPEC_SH_HISTORY);
-    return has;
-}
-
 /* min_material is what history and geometry are told apart by at least; with NRD_FEATURE_MATERIALS each signal then asks for its own. */
 static void nrdi_fill_materials(const nrd *n, const nrdi_state *s, nrd_constants *c)
 {
@@ -2269,10 +2267,9 @@ static uint32_t nrdi_checkerboard_flags(uint32_t diffuse, uint32_t specular)
          | (specular ? NRD_FLAG_SPECULAR_CHECKERBOARD : 0) | (specular == 2 ? NRD_FLAG_SPECULAR_WHITE : 0);
 }
 
-/* Sparse inputs: a checkerboard needs no reconstruction; denoisers with directions take neither. */
-static uint32_t nrdi_sparse_flags(const nrdi_denoiser_row *row, const nrd_reblur_settings *s)
+/* Sparse inputs: a checkerboard needs no reconstruction. */
+static uint32_t nrdi_sparse_flags(const nrd_reblur_settings *s)
 {
-    if (nrdi_has_directions(row)) return 0;
     if (s->diffuse_checkerboard || s->specular_checkerboard) return nrdi_checkerboard_flags(s->diffuse_checkerboard, s->specular_checkerboard);
     return (s->hit_distance_reconstruction > 0 ? NRD_FLAG_RECONSTRUCTION : 0) | (s->hit_distance_reconstruction > 1 ? NRD_FLAG_WIDE_RECONSTRUCTION : 0);
 }
@@ -2302,7 +2299,7 @@ static void nrdi_fill_reblur(const nrdi_state *state, float resolution_scale, nr
     c->flags |= (s->return_history_length_instead_of_occlusion ? NRD_FLAG_RETURN_HISTORY : 0)
               | (s->antilag_sensitivity > 0 ? NRD_FLAG_ANTILAG : 0) | (s->diffuse_prepass_blur_radius > 0 ? NRD_FLAG_PREPASS : 0)
               | (s->specular_prepass_blur_radius > 0 ? NRD_FLAG_SPECULAR_PREPASS : 0)
-              | nrdi_sparse_flags(state->row, s);
+              | nrdi_sparse_flags(s);
 }
 
 static void nrdi_fill_occlusion(const nrd_occlusion_settings *s, float resolution_scale, nrd_constants *c)
@@ -2422,8 +2419,9 @@ static bool nrdi_is_checkerboarded(const nrdi_state *s, nrd_resource resource)
 {
     switch (resource) {
     case NRD_RESOURCE_IN_DIFF_RADIANCE_HITDIST: case NRD_RESOURCE_IN_DIFF_HITDIST: case NRD_RESOURCE_IN_DIFF_DIRECTION_HITDIST:
+    case NRD_RESOURCE_IN_DIFF_SH0: case NRD_RESOURCE_IN_DIFF_SH1:
         return (s->constants.flags & NRD_FLAG_DIFFUSE_CHECKERBOARD) != 0;
-    case NRD_RESOURCE_IN_SPEC_RADIANCE_HITDIST: case NRD_RESOURCE_IN_SPEC_HITDIST:
+    case NRD_RESOURCE_IN_SPEC_RADIANCE_HITDIST: case NRD_RESOURCE_IN_SPEC_HITDIST: case NRD_RESOURCE_IN_SPEC_SH0: case NRD_RESOURCE_IN_SPEC_SH1:
         return (s->constants.flags & NRD_FLAG_SPECULAR_CHECKERBOARD) != 0;
     default:
         return false;

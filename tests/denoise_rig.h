@@ -11,6 +11,11 @@
 #include "frame_fixture.h"
 
 /* Which signal of a REBLUR denoiser the rig feeds and looks at. */
+#ifdef RIG_SH
+#define RIG_BOTH NRD_DENOISER_REBLUR_DIFFUSE_SPECULAR_SH
+#else
+#define RIG_BOTH NRD_DENOISER_REBLUR_DIFFUSE_SPECULAR
+#endif
 #if defined(RIG_SH) && defined(RIG_SPECULAR)
 #define RIG_DENOISER NRD_DENOISER_REBLUR_SPECULAR_SH
 #define RIG_RADIANCE NRD_RESOURCE_IN_SPEC_SH0

@@ -367,6 +367,46 @@ static void the_mean_is_kept_with_every_pass(void **state)
     }
 }
 
+#ifdef RIG_SPECULAR
+#define RIG_CHECKERBOARD(r) (r)->settings.specular_checkerboard
+#else
+#define RIG_CHECKERBOARD(r) (r)->settings.diffuse_checkerboard
+#endif
+
+/* What must not be read everywhere; then the traced pixels of each wall's own light, packed to the left. */
+static void put_checkerboard(rig *r, const double d[2][3])
+{
+    static const double wrong[3] = { 0, 0.8, -0.6 };
+    for (uint32_t i = 0; i < PIXELS; i++) put_sample(r, i, 60000, wrong);
+    for (uint32_t i = 0; i < PIXELS; i++) {
+        uint32_t x = i % WIDTH, y = i / WIDTH, region = r->hits[i].region;
+        if (((x ^ y ^ r->index) & 1) == 0) put_sample(r, y * WIDTH + x / 2, region ? 2 : 0.5, d[region]);
+    }
+}
+
+static void a_checkerboard_gives_the_directions_that_all_pixels_give(void **state)
+{
+    static const double d[2][3] = { { 0.6, 0, -0.8 }, { -0.6, 0, -0.8 } };
+    (void)state;
+    for (int prepass = 0; prepass < 2; prepass++) {
+        rig r;
+        rig_open_with(&r, &device, RIG_DENOISER, WIDTH, HEIGHT, two_walls, NRD_FEATURE_CHECKERBOARD | NRD_FEATURE_PREPASS);
+        RIG_CHECKERBOARD(&r) = 1;
+        r.settings.diffuse_prepass_blur_radius = r.settings.specular_prepass_blur_radius = prepass ? 8 : 0;
+        rig_put_guides(&r);
+        for (uint32_t frame = 0; frame < 6; frame++) {
+            put_checkerboard(&r, d);
+            run_frame(&r);
+            for (uint32_t i = 0; i < PIXELS; i++) {
+                double luma = r.hits[i].region ? 2 : 0.5;
+                assert_below(fabs(luma_of(&r, i) - luma), 2e-3 * luma, "error of the luma");
+                for (int k = 0; k < 3; k++) assert_below(fabs(moment_of(i, k) - luma * d[r.hits[i].region][k]), luma / 100, "error of the direction");
+            }
+        }
+        rig_close(&r);
+    }
+}
+
 static void the_split_shows_both_noisy_texels(void **state)
 {
     rig r;
@@ -395,6 +435,7 @@ int main(void)
         cmocka_unit_test(bad_directions_leave_no_trace),
         cmocka_unit_test(extreme_light_stays_sound),
         cmocka_unit_test(the_mean_is_kept_with_every_pass),
+        cmocka_unit_test(a_checkerboard_gives_the_directions_that_all_pixels_give),
         cmocka_unit_test(the_split_shows_both_noisy_texels),
     };
     return cmocka_run_group_tests(tests, open_device, close_device);

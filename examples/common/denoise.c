@@ -527,7 +527,9 @@ static uint32_t checkerboard_of(const denoise_desc *desc, nrd_resource resource)
     static const struct { nrd_resource resource; const char *setting; } rows[] = {
         { NRD_RESOURCE_IN_DIFF_RADIANCE_HITDIST, "diffuse_checkerboard" }, { NRD_RESOURCE_IN_DIFF_HITDIST, "diffuse_checkerboard" },
         { NRD_RESOURCE_IN_DIFF_DIRECTION_HITDIST, "diffuse_checkerboard" }, { NRD_RESOURCE_IN_SPEC_RADIANCE_HITDIST, "specular_checkerboard" },
-        { NRD_RESOURCE_IN_SPEC_HITDIST, "specular_checkerboard" },
+        { NRD_RESOURCE_IN_SPEC_HITDIST, "specular_checkerboard" }, { NRD_RESOURCE_IN_DIFF_SH0, "diffuse_checkerboard" },
+        { NRD_RESOURCE_IN_DIFF_SH1, "diffuse_checkerboard" }, { NRD_RESOURCE_IN_SPEC_SH0, "specular_checkerboard" },
+        { NRD_RESOURCE_IN_SPEC_SH1, "specular_checkerboard" },
     };
     uint32_t color = 0;
     for (size_t k = 0; k < COUNT(rows); k++)

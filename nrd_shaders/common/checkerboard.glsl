@@ -31,4 +31,7 @@ vec2 side_weights(ivec2 pixel, float z, sampler2D view_z)
     return weights / max(weights.x + weights.y, 1e-6);
 }
 
+/* Where the input holds the pixel to the left (side -1) or to the right (1) of one that is not traced. */
+ivec2 side_texel(ivec2 pixel, int side, int lobe) { return noisy_texel(ivec2(clamp(pixel.x + side, 0, rect_size().x - 1), pixel.y), lobe); }
+
 #endif

@@ -19,19 +19,11 @@ layout(binding = 1) uniform sampler2D in_normal_roughness;
 layout(binding = 2) uniform sampler2D in_view_z;
 layout(binding = 3) uniform sampler2D in_radiance_hit_dist;
 layout(binding = 4, rgba16f) uniform writeonly image2D out_radiance_hit_dist;
-#ifndef SH
 layout(binding = 5) uniform sampler2D in_hit_dist;
-#endif
 
 #ifdef SH
-layout(binding = 5) uniform sampler2D in_sh1;
-layout(binding = 6, rgba16f) uniform writeonly image2D out_sh1;
-
-vec4 load_light(ivec2 pixel, float luma)
-{
-    vec3 noisy = texelFetch(in_sh1, pixel, 0).xyz;
-    return relative_light(nrd_is_finite(noisy) ? noisy : vec3(0.0), luma, luma);
-}
+layout(binding = 6) uniform sampler2D in_sh1;
+layout(binding = 7, rgba16f) uniform writeonly image2D out_sh1;
 
 /* sums: over the taps; weight and luma: their sums. */
 void store_light(ivec2 pixel, LightSums sums, vec3 normal, vec3 position, float roughness, float weight, float luma)
@@ -57,9 +49,7 @@ const float GOLDEN_ANGLE = 2.3999632;   /* rad; Vogel's sunflower: equal area pe
 vec4 load_noisy(ivec2 pixel)
 {
     vec4 noisy = texelFetch(in_radiance_hit_dist, noisy_texel(pixel, LOBE), 0);
-#ifndef SH
     if ((SPEC_FEATURES & NRD_FEATURE_HIT_DISTANCE_RECONSTRUCTION) != 0 && has_flag(NRD_FLAG_RECONSTRUCTION)) noisy.w = texelFetch(in_hit_dist, pixel, 0).x;
-#endif
     return nrd_is_finite(noisy.xyz) ? vec4(noisy.xyz, nrd_sanitize_norm_hit_dist(noisy.w)) : vec4(0.0);
 }
 
@@ -74,6 +64,24 @@ vec4 load_center(ivec2 pixel, float z)
     ivec2 last = rect_size() - 1;
     return w.x * load_noisy(max(pixel - ivec2(1, 0), ivec2(0))) + w.y * load_noisy(min(pixel + ivec2(1, 0), last));
 }
+
+#ifdef SH
+vec3 load_moment(ivec2 texel)
+{
+    vec3 noisy = texelFetch(in_sh1, texel, 0).xyz;
+    return nrd_is_finite(noisy) ? noisy : vec3(0.0);
+}
+
+/* luma: of the noisy colour there. */
+vec4 load_light(ivec2 pixel, float luma) { return relative_light(load_moment(noisy_texel(pixel, LOBE)), luma, luma); }
+
+vec4 load_center_light(ivec2 pixel, float z, float luma)
+{
+    if (is_traced(pixel, LOBE)) return load_light(pixel, luma);
+    vec2 w = side_weights(pixel, z, in_view_z);
+    return relative_light(w.x * load_moment(side_texel(pixel, -1, LOBE)) + w.y * load_moment(side_texel(pixel, 1, LOBE)), luma, luma);
+}
+#endif
 
 struct Pixel {
     nrd_surface surface;
@@ -130,7 +138,7 @@ void main()
     float turn = float(hash(0u, 0u, g.frame_index) >> 8) / 16777216.0 * 6.2831853;
     vec4 sum = center.w > 0.0 ? center : vec4(center.xyz, 0.0);
     vec2 weight = vec2(1.0, center.w > 0.0 ? 1.0 : 0.0);   /* colour, hit distance */
-    SH_ONLY(LightSums light = no_light(); add_light(light, load_light(pixel, center.x), center.x, p.surface.normal, 1.0);)
+    SH_ONLY(LightSums light = no_light(); add_light(light, load_center_light(pixel, p.z, center.x), center.x, p.surface.normal, 1.0);)
     for (int i = 0; i < TAPS; i++) {
         float angle = turn + float(i) * GOLDEN_ANGLE;
         ivec2 at = traced_pixel(pixel + ivec2(round(radius * sqrt((float(i) + 0.5) / float(TAPS)) * vec2(cos(angle), sin(angle)))));

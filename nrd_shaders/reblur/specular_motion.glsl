@@ -225,7 +225,7 @@ struct GivenMotion {
 
 GivenMotion load_given_motion(ivec2 pixel)
 {
-    if (!HAS_EXTRAS || (SPEC_FEATURES & NRD_FEATURE_SPECULAR_MOTION) == 0 || !has_flag(NRD_FLAG_SPECULAR_MOTION)) return GivenMotion(false, false, vec3(0.0));
+    if ((SPEC_FEATURES & NRD_FEATURE_SPECULAR_MOTION) == 0 || !has_flag(NRD_FLAG_SPECULAR_MOTION)) return GivenMotion(false, false, vec3(0.0));
     bool hit = has_flag(NRD_FLAG_SPECULAR_MOTION_HIT), scaled = !hit && (g.motion_mode | opaque_zero()) != NRD_MOTION_WORLD;
     vec3 motion = load_specular_motion(pixel + rect_origin()) * vec3(scaled ? g.motion_scale.xy : vec2(1.0), hit ? 1.0 : 0.0);
     bool given = nrd_is_finite(motion) && all(lessThan(abs(motion), vec3(60000.0)));

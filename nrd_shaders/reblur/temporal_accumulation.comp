@@ -49,17 +49,15 @@ layout(binding = SECOND + 4) uniform sampler2D prev_spec_tile;
 layout(binding = SECOND + 5, rgba16f) uniform writeonly image2D out_spec;
 layout(binding = SECOND + 6, rgba16f) uniform writeonly image2D out_spec_tile_raw;
 layout(binding = SECOND + 7) uniform sampler2D in_spec_unblurred;   /* hit distances of neighbours: in_spec may be out_spec */
-#ifndef SH
 layout(binding = SECOND + 8) uniform sampler2D in_spec_hit_dist;
 layout(binding = SECOND + 9) uniform sampler2D in_spec_motion;
 #endif
-#endif
-#if defined(DIFFUSE) && !defined(SH)
+#ifdef DIFFUSE
 layout(binding = FIRST + 7 + 10 * HAS_SPECULAR) uniform sampler2D in_diff_hit_dist;
 #endif
 
 #ifdef SH
-#define SH_FIRST (FIRST + 7 * HAS_DIFFUSE + 8 * HAS_SPECULAR)
+#define SH_FIRST (FIRST + 8 * HAS_DIFFUSE + 10 * HAS_SPECULAR)
 #ifdef DIFFUSE
 layout(binding = SH_FIRST) uniform sampler2D in_diff_sh1;
 layout(binding = SH_FIRST + 1) uniform sampler2D diff_light_history;
@@ -78,17 +76,10 @@ void store_light(int s, ivec2 p, vec4 v) { OF_SIGNAL(s, imageStore(out_diff_ligh
 
 vec4 gather_stabilized(int s, vec2 uv) { OF_SIGNAL(s, return textureGather(prev_diff_stabilized, uv, 0).wzxy, return textureGather(prev_spec_stabilized, uv, 0).wzxy) }
 vec4 load_history(int s, ivec2 p) { OF_SIGNAL(s, return texelFetch(diff_history, p, 0), return texelFetch(spec_history, p, 0)) }
-#ifdef SH   /* light with a direction has neither */
-float load_reconstructed(int s, ivec2 p) { return 0.0; }
-vec3 load_specular_motion(ivec2 p) { return vec3(0.0); }
-const bool HAS_EXTRAS = false;
-#else
-const bool HAS_EXTRAS = true;
 #ifdef SPECULAR
 vec3 load_specular_motion(ivec2 p) { return texelFetch(in_spec_motion, p, 0).xyz; }
 #endif
 float load_reconstructed(int s, ivec2 p) { OF_SIGNAL(s, return texelFetch(in_diff_hit_dist, p, 0).x, return texelFetch(in_spec_hit_dist, p, 0).x) }
-#endif
 vec4 load_noisy(int s, ivec2 p) { OF_SIGNAL(s, return texelFetch(in_diff, p, 0), return texelFetch(in_spec, p, 0)) }
 float load_confidence(int s, vec2 uv) { OF_SIGNAL(s, return textureLod(in_diff_confidence, uv, 0.0).x, return textureLod(in_spec_confidence, uv, 0.0).x) }
 float load_change(int s, vec2 px, ivec2 rect) { OF_SIGNAL(s, return sample_tiles(prev_diff_tile, px, rect).x, return sample_tiles(prev_spec_tile, px, rect).x) }
@@ -121,7 +112,7 @@ vec4 load_sample(int s, ivec2 pixel, float z)
     return w.x * sanitize(load_noisy(s, left)) + w.y * sanitize(load_noisy(s, right));
 }
 
-bool is_reconstructed() { return HAS_EXTRAS && (SPEC_FEATURES & NRD_FEATURE_HIT_DISTANCE_RECONSTRUCTION) != 0 && has_flag(NRD_FLAG_RECONSTRUCTION); }
+bool is_reconstructed() { return (SPEC_FEATURES & NRD_FEATURE_HIT_DISTANCE_RECONSTRUCTION) != 0 && has_flag(NRD_FLAG_RECONSTRUCTION); }
 
 #include "reprojection.glsl"
 #ifdef SPECULAR
@@ -171,11 +162,26 @@ vec4 tile_sample(History h, float delta)
 }
 
 #ifdef SH
+/* As load_sample: of a checkerboard, a pixel that is not traced takes the mean of those beside it. */
+vec4 load_light_sample(ivec2 pixel, int signal, bool blurred)
+{
+    int lobe = signal == SPECULAR_SIGNAL ? SPECULAR_LOBE : DIFFUSE_LOBE;
+    if (!is_checkerboarded(lobe) || blurred) return load_noisy_light(signal, pixel);
+    if (is_traced(pixel, lobe)) return load_noisy_light(signal, noisy_texel(pixel, lobe));
+    vec2 w = side_weights(pixel, abs(texelFetch(in_view_z, pixel + rect_origin(), 0).x * g.view_z_scale), in_view_z);
+    vec4 sides[2];
+    for (int i = 0; i < 2; i++) {
+        sides[i] = load_noisy_light(signal, side_texel(pixel, 2 * i - 1, lobe));
+        if (!nrd_is_finite(sides[i].xyz)) sides[i] = vec4(0.0);
+    }
+    return w.x * sides[0] + w.y * sides[1];
+}
+
 /* Only the pre-pass writes a gain; without it, one sample is on the pixel's own normal. luma: of the noisy colour. */
 vec4 noisy_light(ivec2 pixel, int signal, float luma)
 {
-    vec4 noisy = load_noisy_light(signal, pixel);
     bool blurred = (SPEC_FEATURES & NRD_FEATURE_PREPASS) != 0 && has_flag(signal == SPECULAR_SIGNAL ? NRD_FLAG_SPECULAR_PREPASS : NRD_FLAG_PREPASS);
+    vec4 noisy = load_light_sample(pixel, signal, blurred);
     return relative_light(nrd_is_finite(noisy.xyz) ? noisy.xyz : vec3(0.0), blurred ? noisy.w * luma : luma, luma);
 }
 
