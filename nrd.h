@@ -376,7 +376,7 @@ NRD_DECL bool nrd_format_is_uint(nrd_format format);
     X(float, motion_scale_y, 1.0f, -1e6f, 1e6f, "", "multiplies IN_MV.y") \
     X(float, motion_scale_z, 1.0f, -1e6f, 1e6f, "", "multiplies IN_MV.z") \
     X(uint, validation, 0, 0, 64, "", "n: OUT_VALIDATION shows the n-th of nrd_desc.denoisers; 0: none (needs NRD_FEATURE_VALIDATION)") \
-    X(uint, restart, 0, 0, 1, "", "1: forget all history (camera cut)") \
+    X(uint, restart, 0, 0, 1, "", "1: forget all history (camera cut): from this frame on the output is a new instance's to the bit, so that nothing needs clearing") \
     X(uint, history_confidence_available, 0, 0, 1, "", "1: IN_DIFF_CONFIDENCE and IN_SPEC_CONFIDENCE are bound, as far as the signals exist (needs NRD_FEATURE_HISTORY_CONFIDENCE)") \
     X(uint, disocclusion_threshold_mix_available, 0, 0, 1, "", "1: IN_DISOCCLUSION_THRESHOLD_MIX is bound (needs the feature)") \
     X(uint, specular_motion, NRD_SPECULAR_MOTION_NONE, 0, 2, "", "what IN_SPEC_MV holds, NRD_SPECULAR_MOTION_IMAGE or _HIT; 0: it is not bound; the REBLUR denoisers of specular radiance read it (needs NRD_FEATURE_SPECULAR_MOTION)") \
