@@ -106,6 +106,7 @@
 #define NRD_FLAG_SPECULAR_WHITE      4096u
 #define NRD_FLAG_SPECULAR_MOTION     8192u
 #define NRD_FLAG_SPECULAR_MOTION_HIT 16384u
+#define NRD_FLAG_PERFORMANCE        32768u
 
 #define NRD_FLAG_MATRIX_JITTER   65536u /* the principal point has moved by less than a pixel since the last frame */
 #define NRD_FLAG_FRAME_INDEX    131072u /* frame_index did not advance by 1 */

@@ -1,7 +1,7 @@
 /* One sparse step of the edge-avoiding wavelet filter over (Y, Co, Cg, deviation of Y). The includer defines
    vec4 load_color(int signal, ivec2 pixel) and bool CROSS, and binds in_guide; with SH it includes light_textures.glsl. CROSS: 4 taps along the axes (in noise, at random, along
    the diagonals) instead of 8, for the step after the dense one: the later, full steps hide its pattern (two such steps in a row show a
-   plaid), and it costs half. */
+   plaid), and it costs half. In performance mode all steps are such, the middle one turned against the others: no plaid is left. */
 #ifndef ATROUS_GLSL
 #define ATROUS_GLSL
 
@@ -43,6 +43,9 @@ float add_tap(inout AtrousSums s, vec4 tap, float factor, float exponent)
 /* Relative deviation from which on the cross is turned at random: what it leaves behind in noise is a weave. */
 const float WEAVING = 0.2;
 
+/* Of the 4 taps of a step that has 8 otherwise: 0.75 to 1.6 tried: more loses detail where there is little noise, less leaves more of it. */
+const float LONE_WEIGHT = 1.0;
+
 bool is_turned(ivec2 pixel, vec4 color[SIGNALS])
 {
     bool noisy = false;
@@ -69,12 +72,12 @@ void atrous(Center c, inout vec4 color[SIGNALS])
         sums[s] = start_sums(color[s]);
         SH_ONLY(sums[s].light = no_light(); add_light(sums[s].light, lights[s], color[s].x, c.normal_vs, 1.0);)
     }
-    if (CROSS) {
-        bool turned = is_turned(c.pixel, color);
+    if (CROSS || has_flag(NRD_FLAG_PERFORMANCE)) {
+        bool turned = is_turned(c.pixel, color) != (SPEC_ITERATION == 2u);
         UNROLL for (int i = 0; i < 4; i++) {
             const ivec2 axes[4] = ivec2[4](ivec2(1, 0), ivec2(0, 1), ivec2(-1, 0), ivec2(0, -1));
             const ivec2 diagonals[4] = ivec2[4](ivec2(1, 1), ivec2(-1, 1), ivec2(-1, -1), ivec2(1, -1));
-            add_neighbour(c, find_neighbour(c, turned ? diagonals[i] : axes[i]), 0.75, sums);
+            add_neighbour(c, find_neighbour(c, turned ? diagonals[i] : axes[i]), CROSS ? 0.75 : LONE_WEIGHT, sums);
         }
     } else {
         UNROLL for (int i = 0; i < 9; i++) {

@@ -44,11 +44,12 @@ layout(binding = 3, rg32ui) uniform writeonly uimage2D out_tap;
 
 #ifdef POST_BLUR
 const float SCALE = 0.5;
-const bool FILTERED = true;
+/* Whether the blur has run. */
+bool is_filtered() { return !has_flag(NRD_FLAG_PERFORMANCE); }
 const mat2 TURN = mat2(0.3624, 0.9320, -0.9320, 0.3624);   /* by 1.2: away from the points of the first disc */
 #else
 const float SCALE = 1.0;
-const bool FILTERED = false;
+bool is_filtered() { return false; }
 const mat2 TURN = mat2(1.0);
 #endif
 
@@ -132,22 +133,22 @@ Tap find_tap(Center c, mat2 axes, int i)
 }
 
 /* Units; never more than the setting allows on the screen. */
-float limit_radius(Center c, float radius) { return SCALE * min(radius, g.max_blur_radius / max(c.reach, 1e-6)); }
+float limit_radius(Center c, float radius, bool filtered) { return (filtered ? SCALE : 1.0) * min(radius, g.max_blur_radius / max(c.reach, 1e-6)); }
 
 #ifdef DIFFUSE
-/* Moment and occlusion. */
-vec4 filter_diffuse(Center c, Lobe lobe)
+/* Moment and occlusion. filtered: a constant. */
+vec4 filter_diffuse(Center c, Lobe lobe, bool filtered)
 {
     float wide = WIDTH * lobe.radius * nrd_hit_dist_scale(c.position.z, 1.0, g.hit_distance), fresh = FRESH_RADIUS * c.pixel_size * inversesqrt(max(lobe.frames, 1.0));
-    float radius = limit_radius(c, max(wide, fresh)), normal_scale = -LOG2_E * g.normal_sensitivity;
-    float weight = FILTERED ? 1.0 : tap_diffuse_frames(c.texel.tap);
+    float radius = limit_radius(c, max(wide, fresh), filtered), normal_scale = -LOG2_E * g.normal_sensitivity;
+    float weight = filtered ? 1.0 : tap_diffuse_frames(c.texel.tap);
     mat2 axes = c.axes * radius;
     vec4 sum = vec4(lobe.moment, lobe.occlusion) * weight;
     for (int i = 0; i < TAPS; i++) {
         Tap t = find_tap(c, axes, i);
         uvec2 tap = texelFetch(in_tap, t.pixel, 0).xy;
-        float w = surface_weight(c, t.offset, t.inside, tap, radius, normal_scale, i) * (FILTERED ? 1.0 : tap_diffuse_frames(tap));
-        sum += w * (FILTERED ? tap_filtered_diffuse(tap) : tap_diffuse(tap));
+        float w = surface_weight(c, t.offset, t.inside, tap, radius, normal_scale, i) * (filtered ? 1.0 : tap_diffuse_frames(tap));
+        sum += w * (filtered ? tap_filtered_diffuse(tap) : tap_diffuse(tap));
         weight += w;
     }
     return sum / weight;
@@ -155,21 +156,21 @@ vec4 filter_diffuse(Center c, Lobe lobe)
 #endif
 
 #ifdef SPECULAR
-float filter_specular(Center c, Lobe lobe)
+float filter_specular(Center c, Lobe lobe, bool filtered)
 {
     float alpha = max(c.surface.roughness * c.surface.roughness, 1e-4), distance = length(c.position);
     float hit_dist = lobe.radius * nrd_hit_dist_scale(c.position.z, c.surface.roughness, g.hit_distance), footprint = alpha * hit_dist * distance / (hit_dist + distance);
     float wide = max(WIDTH * hit_dist, FRESH_RADIUS * c.pixel_size * inversesqrt(max(lobe.frames, 1.0)));
-    float radius = limit_radius(c, min(wide, LOBE_WIDTH * footprint));
+    float radius = limit_radius(c, min(wide, LOBE_WIDTH * footprint), filtered);
     float normal_scale = -LOG2_E * max(g.normal_sensitivity, 1.0 / (alpha * alpha + 2e-3)), roughness_scale = 1.0 / (0.1 + 0.3 * c.surface.roughness);
-    float weight = FILTERED ? 1.0 : tap_specular_frames(c.texel.tap), sum = lobe.occlusion * weight;
+    float weight = filtered ? 1.0 : tap_specular_frames(c.texel.tap), sum = lobe.occlusion * weight;
     mat2 axes = c.axes * radius;
     if (radius * c.reach < 0.5) return lobe.occlusion;
     for (int i = 0; i < TAPS; i++) {
         Tap t = find_tap(c, axes, i);
         uvec2 tap = texelFetch(in_tap, t.pixel, 0).xy;
         float similar = clamp(1.0 - abs(tap_roughness(tap) - c.surface.roughness) * roughness_scale, 0.0, 1.0);
-        float w = surface_weight(c, t.offset, t.inside, tap, radius, normal_scale, i) * similar * (FILTERED ? 1.0 : tap_specular_frames(tap));
+        float w = surface_weight(c, t.offset, t.inside, tap, radius, normal_scale, i) * similar * (filtered ? 1.0 : tap_specular_frames(tap));
         sum += w * tap_specular(tap);
         weight += w;
     }
@@ -196,15 +197,15 @@ void main()
     c.texel.state = texelFetch(in_state, pixel, 0).x;
     d = diffuse_lobe(c.texel);
     if (is_filtering()) {
-        if (FILTERED) d.occlusion = tap_filtered_diffuse(c.texel.tap).w;   /* without the blur its input is bound */
-        vec4 filtered = filter_diffuse(c, d);
+        if (is_filtered()) d.occlusion = tap_filtered_diffuse(c.texel.tap).w;   /* without the blur its input is bound */
+        vec4 filtered = is_filtered() ? filter_diffuse(c, d, true) : filter_diffuse(c, d, false);
         d.moment = filtered.xyz;
         d.occlusion = filtered.w;
     }
 #endif
 #ifdef SPECULAR
     s = specular_lobe(c.texel);
-    if (is_filtering()) s.occlusion = filter_specular(c, s);
+    if (is_filtering()) s.occlusion = is_filtered() ? filter_specular(c, s, true) : filter_specular(c, s, false);
 #endif
 #ifndef POST_BLUR
     float random = (float(hash(uint(pixel.x), uint(pixel.y), ~g.frame_index) >> 24) + 0.5) / 256.0;
