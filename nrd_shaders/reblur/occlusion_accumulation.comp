@@ -202,15 +202,15 @@ float threshold_at(ivec2 pixel)
 }
 
 /* Frames that specular history is worth: a static world seen in a plane at hit_dist moves over the surface by the parallax between the
-   surface and the mirrored point; what the surface itself moves counts as far as it turns the mirror. Both against the lobe's footprint. */
-float specular_limit(vec3 position, vec2 uv_prev, float hit_dist, float roughness, float bend)
+   surface and the mirrored point; what the surface itself moves counts as far as it turns the mirror. Both against the lobe's footprint. attached: what is seen moves with the camera. */
+float specular_limit(vec3 position, vec2 uv_prev, float hit_dist, float roughness, float bend, bool attached)
 {
     vec3 ray = g.orthographic > 0.5 ? vec3(0.0, 0.0, 1.0) : normalize(position);
     float distance = length(position), q = hit_dist / (hit_dist + distance), alpha = max(roughness * roughness, 1e-4);
     vec2 rect_prev = g.rect_px.zw;
     vec2 still = project_prev((g.view_to_view_prev * vec4(position, 1.0)).xyz);
     vec2 mirrored = project_prev((g.view_to_view_prev * vec4(position + ray * hit_dist, 1.0)).xyz);
-    float shift = is_absent(NRD_ABSENT_MOTION) ? 0.0 : length((mirrored - still) * rect_prev) + q * length((uv_prev - still) * rect_prev);
+    float shift = is_absent(NRD_ABSENT_MOTION) || attached ? 0.0 : length((mirrored - still) * rect_prev) + q * length((uv_prev - still) * rect_prev);
     float footprint = max(alpha * q * distance / (g.pixel_unproject * mix(position.z, 1.0, g.orthographic)), LEAST_FOOTPRINT);
     float relative = shift / (LOBE_SHIFT * footprint), lobe = alpha + 0.03;
     float share = 1.0 / ((1.0 + 3.2 * relative * relative) * (1.0 + 2.0 * bend / (lobe * lobe))), frames = g.max_accumulated_frames * share;
@@ -233,7 +233,8 @@ History find_history(ivec2 pixel, float signed_z, nrd_surface surface, float spe
     if (confident) h.specular.frames *= clamp(textureLod(in_specular_confidence, r.uv, 0.0).x, 0.0, 1.0);
     vec3 position = view_position(ray_uv(pixel), abs(signed_z), g.frustum, g.orthographic);
     float hit_dist = nrd_denormalize_hit_dist(max(specular, h.specular.radius), position.z, surface.roughness, g.hit_distance);
-    h.specular.frames = min(h.specular.frames, specular_limit(position, r.uv + jitter_uv(), hit_dist, surface.roughness, h.bend));
+    bool attached = HAS_MATERIALS && surface.material_id == special_material(NRD_MATERIAL_CAMERA_ATTACHED);
+    h.specular.frames = min(h.specular.frames, specular_limit(position, r.uv + jitter_uv(), hit_dist, surface.roughness, h.bend, attached));
 #endif
     return h;
 }
