@@ -153,7 +153,7 @@ extern "C" {
     X(mat4, view_to_view_prev) \
     X(vec4, frustum)                /* view xy = frustum.xy + uv * frustum.zw, times view z unless orthographic */ \
     X(vec4, frustum_prev) \
-    X(vec4, motion_scale) \
+    X(vec4, motion_scale)           /* w: anti_firefly_scale, 0 or at least 1 */ \
     X(vec4, hit_distance)           /* A, B, C, D of nrd_hit_dist_scale */ \
     X(vec4, jitter_delta)           /* xy: current - previous, px; zw: unused */ \
     X(vec4, light)                  /* view space: unit vector to a directional light (w 0), position of a local one (w 1); xyz 0: unknown */ \
@@ -417,7 +417,8 @@ NRD_DECL bool nrd_format_is_uint(nrd_format format);
     NRDI_CHECKERBOARD_SETTINGS(X) \
     X(float, responsive_roughness, 0.0f, 0.0f, 1.0f, "", "specular history is shorter on surfaces smoother than this, the shorter the smoother: reacts faster, is noisier; 0 off") \
     X(float, responsive_min_frames, 4.0f, 0.0f, 63.0f, "frames", "what it is shortened to at least, at roughness 0") \
-    X(uint, performance_mode, 0, 0, 1, "", "1: the last two filter steps take 4 neighbours instead of 8: about a tenth less time, a little noisier")
+    X(uint, performance_mode, 0, 0, 1, "", "1: the last two filter steps take 4 neighbours instead of 8: about a tenth less time, a little noisier") \
+    X(float, anti_firefly_scale, 0.0f, 0.0f, 1000.0f, "times the second brightest of 3x3 pixels", "accumulated luma above this is cut to it (below 1 counts as 1): less leaves fewer bright dots and takes more light away; 0 off; needs max_blur_radius")
 
 #define NRD_OCCLUSION_SETTINGS(X) \
     X(float, hit_distance_a, 3.0f, 1e-4f, 1e6f, "units", "hit distance that normalises to 1 at view z 0 (same value as in nrd_normalize_hit_dist)") \
@@ -2290,6 +2291,7 @@ static void nrdi_fill_reblur(const nrdi_state *state, float resolution_scale, nr
     c->responsive_roughness = s->responsive_roughness;
     c->responsive_frames = s->responsive_min_frames;
     c->feedback_frames = s->feedback_frames;
+    c->motion_scale[3] = s->anti_firefly_scale > 0 ? fmaxf(s->anti_firefly_scale, 1.0f) : 0.0f;
     c->max_blur_radius = s->max_blur_radius * resolution_scale;
     c->prepass_blur_radius = s->diffuse_prepass_blur_radius * resolution_scale;
     c->specular_prepass_blur_radius = s->specular_prepass_blur_radius * resolution_scale;

@@ -74,6 +74,13 @@ static path light_goes_down(const bench *b, uint32_t x, uint32_t y)
     return (path){ b->r.index < CHANGE ? p.value : 0.3 * p.value, 0.5 };
 }
 
+/* One pixel far too bright. */
+static path firefly(const bench *b, uint32_t x, uint32_t y)
+{
+    (void)b;
+    return (path){ x == BENCH_WIDTH / 2 && y == BENCH_HEIGHT / 2 ? 90 : 0.5, 0.5 };
+}
+
 static path half_open(const bench *b, uint32_t x, uint32_t y) { (void)b; (void)x; (void)y; return (path){ 0.5, 0.5 }; }
 
 /* One pixel of 5x5 is sampled. */
@@ -124,6 +131,9 @@ static double leak(const bench *b, const bench_lane *lane)
         }
     return 1 - (sides[2] - sides[3]) / (sides[0] - sides[1]);
 }
+
+/* Light beyond half_open's. */
+static double excess(const bench *b, const bench_lane *lane) { return mean_of(b, lane) - 0.5; }
 
 /* Share of the pixels whose hit distance is known. */
 static double known(const bench *b, const bench_lane *lane)
@@ -190,6 +200,8 @@ static const row rows[] = {
     { "hit_distance_reconstruction", 2, 1, 1.2, 1, wall, sparse, known, DIFFUSE_ONLY, { NOTHING }, STILL },
     { "responsive_roughness", 0, 0.9, 1.3, 12, wall, noise, length, SPECULAR_ONLY, { LENGTHS, NO_ANTILAG, { "max_accumulated_frames", 8 } }, OF_ROUGHNESS(0.2) },
     { "responsive_min_frames", 32, 0, 1.3, 12, wall, noise, length, SPECULAR_ONLY, { LENGTHS, NO_ANTILAG, { "responsive_roughness", 1 } }, OF_ROUGHNESS(0.05) },
+    { "anti_firefly_scale", 0, 8, 3, 4, wall, firefly, excess, ANY, { NOTHING }, STILL },
+    { "anti_firefly_scale", 8, 0.5, 2, 4, wall, firefly, excess, ANY, { NOTHING }, STILL },
     { "performance_mode", 1, 0, 1.02, 4, wall, noise, deviation, ANY, { NOTHING }, STILL },
     /* of the frame */
     { "disocclusion_threshold", 0.1, 0.01, 5, CHANGE + 1, jump, noise, length, ANY, { LENGTHS, NO_ANTILAG }, STILL },

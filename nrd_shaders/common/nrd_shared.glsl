@@ -65,7 +65,7 @@
     X(mat4, view_to_view_prev) \
     X(vec4, frustum)                /* view xy = frustum.xy + uv * frustum.zw, times view z unless orthographic */ \
     X(vec4, frustum_prev) \
-    X(vec4, motion_scale) \
+    X(vec4, motion_scale)           /* w: anti_firefly_scale, 0 or at least 1 */ \
     X(vec4, hit_distance)           /* A, B, C, D of nrd_hit_dist_scale */ \
     X(vec4, jitter_delta)           /* xy: current - previous, px; zw: unused */ \
     X(vec4, light)                  /* view space: unit vector to a directional light (w 0), position of a local one (w 1); xyz 0: unknown */ \

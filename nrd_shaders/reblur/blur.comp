@@ -116,16 +116,37 @@ void store(ivec2 pixel, int signal, vec4 color, Sums s, float frames, vec4 chang
     store_color(signal, pixel, pack_texel(clamp(vec4(filtered, sigma), -65504.0, 65504.0)));
 }
 
+/* The luma above which a pixel of 3x3 is cut, by the second brightest of them; what is cut does not return to history. Where at most one is not
+   black nothing is: light that is found by chance begins like that. */
+float firefly_ceiling(ivec2 pixel, int signal, float luma)
+{
+    float brightest = luma, second = 0.0;
+    for (int i = 0; i < 9; i++) {
+        ivec2 at = pixel + ivec2(i % 3, i / 3) - 1;
+        float tap = i != 4 && in_rect(at) ? load_color(signal, at).x : 0.0;
+        if (!(tap >= 0.0)) continue;   /* the sky holds anything */
+        second = max(second, min(tap, brightest));
+        brightest = max(brightest, tap);
+    }
+    return second > 0.0 ? g.motion_scale.w * second : 65504.0;
+}
+
+vec4 cut(vec4 color, float ceiling) { return color * min(1.0, ceiling / max(color.x, 1e-12)); }
+
 /* The first step. */
 void blur(ivec2 pixel, uvec2 guide)
 {
     float frames[SIGNALS];
     vec4 change[SIGNALS], color[SIGNALS];
+    float ceiling[SIGNALS];
+    bool limited = g.motion_scale.w > float(opaque_zero());
     Sums sums[SIGNALS];
     UNROLL for (int s = 0; s < SIGNALS; s++) {
         change[s] = has_flag(NRD_FLAG_ANTILAG) ? load_change(s, vec2(pixel) + 0.5) : vec4(0.0, 1.0, 0.0, 0.0);
         frames[s] = changed_frames(guide_frames(guide, s), change[s]);
         color[s] = load_color(s, pixel);
+        ceiling[s] = limited ? firefly_ceiling(pixel, s, color[s].x) : 65504.0;
+        if (limited) color[s] = cut(color[s], ceiling[s]);
         sums[s] = no_sums();
         add(sums[s], color[s], frames[s], 1.0);
     }
@@ -142,6 +163,7 @@ void blur(ivec2 pixel, uvec2 guide)
         float geometry = plane_weight(c, n, guide_tap.x) * kernel(grid), bend = normal_bend(c, guide_tap);
         UNROLL for (int s = 0; s < SIGNALS; s++) {
             vec4 tap = load_color(s, n.pixel);
+            if (limited) tap = cut(tap, ceiling[s]);
             float frames_tap = max(guide_frames(guide_tap, s), 1.0);
             float weight = geometry * lobe_factor(c, s, guide_tap) * exp2(lobe_exponent(c, s, normal_scale, bend, n.squared));
             if (weight > 0.0) add(sums[s], tap, frames_tap, weight);
