@@ -57,6 +57,16 @@ static hit world(const pose *p, double u, double v, uint32_t frame)
     return h;
 }
 
+static hit bare_floor(const pose *p, double u, double v, uint32_t frame)
+{
+    static const double point[3] = { 0, -1, 0 }, normal[3] = { 0, 1, 0 };
+    hit h = { RIG_SKY, { 0, 1, 0 }, 0, { 0, 0, 0 }, 0 };
+    double depth;
+    (void)frame;
+    if (rig_ray_plane(p, u, v, point, normal, &depth) && depth < 40) h.depth = depth;
+    return h;
+}
+
 /* A wall in front of another one; region 1 is the one behind. */
 static hit two_walls(const pose *p, double u, double v, uint32_t frame)
 {
@@ -155,6 +165,16 @@ static void run_shadows(shadow_rig *s)
     else assert_true(gpu_download(&device, &s->r.images[NRD_RESOURCE_OUT_SHADOW], s->out));
 }
 
+/* What a pixel's ray meets, and where. */
+static hit look(const shadow_rig *s, uint32_t i, double position[3])
+{
+    const pose *camera = &s->r.camera;
+    double u = (i % WIDTH + 0.5 + camera->jitter[0]) / WIDTH, v = (i / WIDTH + 0.5 + camera->jitter[1]) / HEIGHT;
+    hit h = s->r.scene(camera, u, v, s->r.index);
+    pose_point(camera, u, v, h.depth, position);
+    return h;
+}
+
 /* seed: of the light, for rays of their own. */
 static uint16_t trace_pixel(const shadow_rig *s, const light *l, uint32_t i, uint32_t seed, const double position[3], const double normal[3], uint8_t color[4])
 {
@@ -169,9 +189,8 @@ static uint16_t trace_pixel(const shadow_rig *s, const light *l, uint32_t i, uin
 static void trace_rays(shadow_rig *s, const light *l)
 {
     for (uint32_t i = 0; i < PIXELS; i++) {
-        double u = (i % WIDTH + 0.5) / WIDTH, v = (i / WIDTH + 0.5) / HEIGHT, position[3];
-        hit h = s->r.scene(&s->r.camera, u, v, s->r.index);
-        pose_point(&s->r.camera, u, v, h.depth, position);
+        double position[3];
+        hit h = look(s, i, position);
         s->penumbra[i] = h.depth >= RIG_RANGE ? 0x7e00 : trace_pixel(s, l, i, 0, position, h.normal, s->color[i]);
     }
 }
@@ -194,9 +213,8 @@ enum { SIDE = 16 };
 static void find_truth(const shadow_rig *s, const light *l, float *truth)
 {
     for (uint32_t i = 0; i < PIXELS; i++) {
-        double u = (i % WIDTH + 0.5) / WIDTH, v = (i / WIDTH + 0.5) / HEIGHT, position[3], light_dist, color[3], lit = 0;
-        hit h = s->r.scene(&s->r.camera, u, v, s->r.index);
-        pose_point(&s->r.camera, u, v, h.depth, position);
+        double position[3], light_dist, color[3], lit = 0;
+        hit h = look(s, i, position);
         bool faces = h.depth < RIG_RANGE && shadow_ray(l, position, h.normal, 0, 0, &light_dist, color) > 0;
         for (int k = 0; faces && k < SIDE * SIDE; k++)
             lit += shadow_ray(l, position, h.normal, (k % SIDE + 0.5) / SIDE, (k / SIDE + 0.5) / SIDE, &light_dist, color) >= miss;
@@ -354,6 +372,35 @@ static void penumbrae_lose_their_noise(void **state)
     assert_error("local light, moving camera", errors_after(&lamp, &lamp, 16, 0.03, LEFT_HANDED), 0.03);
 }
 
+/* A floor that the camera skims, where every other ray is blocked far away: what is left of the noise, with rays through the middle of
+   the pixels or anywhere. */
+static double skimming_error(double jitter)
+{
+    static shadow_rig s;
+    static float half[PIXELS];
+    open_shadows(&s, bare_floor);
+    s.r.camera.position[1] = -0.85;
+    s.r.camera.pitch = 0.1;
+    tell_light(&s, &sun);
+    for (uint32_t frame = 0; frame < 24; frame++) {
+        for (uint32_t i = 0; i < PIXELS; i++) s.penumbra[i] = pack_penumbra(random_at(i, frame, 3) < 0.5 ? 65504 : 8, (float)sun.radius);
+        for (int k = 0; k < 2; k++) s.r.camera.jitter[k] = jitter * (random_at((uint32_t)k, frame, 4) - 0.5);
+        run_shadows(&s);
+    }
+    for (uint32_t i = 0; i < PIXELS; i++) half[i] = s.r.hits[i].depth < RIG_RANGE ? 0.5f : -1;
+    rig_close(&s.r);
+    return error_of(&s, shown, half);
+}
+
+/* Depths belong to the rays, not to the middle of the pixels. */
+static void jittered_rays_keep_their_history(void **state)
+{
+    double jittered = skimming_error(1), still = skimming_error(0);
+    (void)state;
+    print_message("squared error with jitter %.6f, without %.6f\n", jittered, still);
+    assert_true(jittered < 1.1 * still);
+}
+
 /* The mean over the picture is what the rays say, within noise. */
 static void penumbrae_keep_their_light(void **state)
 {
@@ -468,9 +515,8 @@ static void slow_narrow_edges_are_no_worse_than_the_rays(void **state)
 static void find_color(const shadow_rig *s, const light *l, float (*truth)[3])
 {
     for (uint32_t i = 0; i < PIXELS; i++) {
-        double u = (i % WIDTH + 0.5) / WIDTH, v = (i / WIDTH + 0.5) / HEIGHT, position[3], light_dist, color[3], sum[3] = { 0, 0, 0 };
-        hit h = s->r.scene(&s->r.camera, u, v, s->r.index);
-        pose_point(&s->r.camera, u, v, h.depth, position);
+        double position[3], light_dist, color[3], sum[3] = { 0, 0, 0 };
+        hit h = look(s, i, position);
         bool faces = h.depth < RIG_RANGE && shadow_ray(l, position, h.normal, 0, 0, &light_dist, color) > 0;
         for (int k = 0; faces && k < SIDE * SIDE; k++) {
             bool reached = shadow_ray(l, position, h.normal, (k % SIDE + 0.5) / SIDE, (k / SIDE + 0.5) / SIDE, &light_dist, color) >= miss;
@@ -559,9 +605,8 @@ static void shine(const light *l, int i, const double position[3], const double 
 static void sum_lights(shadow_rig *s, int lights, float (*truth)[3])
 {
     for (uint32_t i = 0; i < PIXELS; i++) {
-        double u = (i % WIDTH + 0.5) / WIDTH, v = (i / WIDTH + 0.5) / HEIGHT, position[3], unshadowed[3] = { 0 }, shadowed[3] = { 0 }, widths = 0, weights = 0;
-        hit h = s->r.scene(&s->r.camera, u, v, s->r.index);
-        pose_point(&s->r.camera, u, v, h.depth, position);
+        double position[3], unshadowed[3] = { 0 }, shadowed[3] = { 0 }, widths = 0, weights = 0;
+        hit h = look(s, i, position);
         for (int n = 0; n < lights && h.depth < RIG_RANGE; n++) {
             light l = lamp_of(n);
             double color[3], through[3], light_dist, seen = 0;
@@ -708,6 +753,7 @@ int main(void)
         cmocka_unit_test(shadows_do_not_leak_across_edges_of_depth),
         cmocka_unit_test(umbra_stays_black_and_light_stays_white),
         cmocka_unit_test(penumbrae_lose_their_noise),
+        cmocka_unit_test(jittered_rays_keep_their_history),
         cmocka_unit_test(penumbrae_keep_their_light),
         cmocka_unit_test(contact_shadows_are_no_worse_than_others),
         cmocka_unit_test(a_light_that_moves_leaves_no_trail),

@@ -9,6 +9,8 @@
 #extension GL_GOOGLE_include_directive : require
 #include "../common/pass.glsl"
 #include "../common/geometry.glsl"
+#include "../common/guide.glsl"
+#include "../common/motion.glsl"
 #include "sigma.glsl"
 
 layout(binding = 1) uniform sampler2D in_motion;
@@ -228,46 +230,36 @@ void gather_mean(Around a, float closeness, uint usable, inout Support s)
 }
 
 /* ---- history */
+const uint NO_MATERIAL = 16u;   /* not even the one of strands */
+
 struct History {
     Visibility mean;
     float stabilized, age;
 };
 
-bool find_previous(ivec2 pixel, vec2 uv, vec3 position_vs, float signed_z, out vec2 uv_prev, out vec3 position_prev)
+Reprojection find_previous(ivec2 pixel, float signed_z)
 {
-    uv_prev = uv;
-    position_prev = position_vs;
-    if (is_absent(NRD_ABSENT_MOTION)) return true;
-    vec3 motion = texelFetch(in_motion, pixel + rect_origin(), 0).xyz * g.motion_scale.xyz;
-    if ((g.motion_mode | opaque_zero()) == NRD_MOTION_WORLD) {
-        position_prev = (g.world_to_view_prev * vec4(mat3(g.view_to_world) * position_vs + motion, 1.0)).xyz;
-        uv_prev = project_prev(position_prev);
-    } else {
-        uv_prev = uv + motion.xy;
-        float still_z = (g.view_to_view_prev * vec4(position_vs, 1.0)).z;
-        float z_prev = (g.motion_mode | opaque_zero()) == NRD_MOTION_2_5D ? abs(signed_z + motion.z) : still_z;
-        position_prev = view_position(uv_prev, z_prev, g.frustum_prev, g.orthographic_prev);
-    }
-    return all(greaterThan(uv_prev, vec2(0.0))) && all(lessThan(uv_prev, vec2(1.0)));
+    vec3 motion = is_absent(NRD_ABSENT_MOTION) ? vec3(0.0) : texelFetch(in_motion, pixel + rect_origin(), 0).xyz * g.motion_scale.xyz;
+    Reprojection r = reproject(motion, pixel_uv(pixel), abs(signed_z), signed_z, g.disocclusion_threshold, NO_MATERIAL);
+    r.tolerance = max(r.tolerance, 4.0 * DEPTH_ERROR * abs(signed_z));
+    return r;
 }
 
 History no_history() { return History(NO_LIGHT, 0.0, 0.0); }
 
-History fetch_history(ivec2 pixel, vec2 uv, vec3 position_vs, vec3 normal_vs, float signed_z, float width_px)
+History fetch_history(ivec2 pixel, vec3 normal_vs, float signed_z, float width_px)
 {
     History h = no_history();
-    vec2 uv_prev, size_prev = vec2(g.rect_width_prev, g.rect_height_prev);
-    vec3 position_prev;
-    if (!find_previous(pixel, uv, position_vs, signed_z, uv_prev, position_prev)) return h;
-    vec2 at = uv_prev * size_prev - 0.5, corner = floor(at), part = at - corner;
+    Reprojection r = find_previous(pixel, signed_z);
+    if (!all(greaterThan(r.uv, vec2(0.0))) || !all(lessThan(r.uv, vec2(1.0)))) return h;
+    vec2 size_prev = vec2(g.rect_width_prev, g.rect_height_prev), at = r.uv * size_prev - 0.5, corner = floor(at), part = at - corner;
     vec2 meet = (corner + 1.0) / vec2(textureSize(history, 0));   /* of the four texels */
     uvec4 words = textureGather(history, meet, 0).wzxy, colors = uvec4(0u);
 #ifdef TRANSLUCENCY
     colors = textureGather(history_color, meet, 0).wzxy;
 #endif
-    float tolerance = max(g.disocclusion_threshold * frustum_size(position_vs.z), 4.0 * DEPTH_ERROR * position_vs.z);
-    vec3 normal_prev = mat3(g.view_to_view_prev) * normal_vs;
-    Plane plane = make_plane(normal_prev, position_prev, (corner + 0.5) / size_prev, 1.0 / size_prev, g.frustum_prev, g.orthographic_prev, 1.0 / tolerance, 1.0);
+    Plane plane = make_plane(mat3(g.view_to_view_prev) * normal_vs, r.position, (corner + 0.5) / size_prev + jitter_prev_uv(), 1.0 / size_prev,
+                             g.frustum_prev, g.orthographic_prev, 1.0 / r.tolerance, 1.0);
     vec4 w = vec4((1.0 - part.x) * (1.0 - part.y), part.x * (1.0 - part.y), (1.0 - part.x) * part.y, part.x * part.y);
     float area = 0.0, sum = 0.0;
     for (int i = 0; i < 4; i++) {
@@ -310,7 +302,7 @@ void pass_on(ivec2 pixel, float z, float closeness)
 
 void accumulate(ivec2 pixel, float signed_z, float closeness)
 {
-    vec2 uv = pixel_uv(pixel);
+    vec2 uv = ray_uv(pixel);
     float z = abs(signed_z);
     vec3 position_vs = view_position(uv, z, g.frustum, g.orthographic), normal_vs = load_normal_vs(in_normal_roughness, pixel);
     Around a = make_around(position_vs, normal_vs, uv);
@@ -325,7 +317,7 @@ void accumulate(ivec2 pixel, float signed_z, float closeness)
     gather_mean(a, closeness, usable, s);
     History h = no_history();
     float width_px = s.width / a.frame.pixel;
-    if (!is_reset()) h = fetch_history(pixel, uv, position_vs, normal_vs, signed_z, width_px);
+    if (!is_reset()) h = fetch_history(pixel, normal_vs, signed_z, width_px);
     Visibility v = mix(clamp_history(h.mean, s), ray_visibility(centre_index(), closeness), 1.0 / (1.0 + history_length(h.age, width_px)));
     uint age = pack_age(h.age + 1.0, random_of(pixel, 3u));
     imageStore(out_mean, pixel, uvec4(pack_mean(pack_depth(z), v, random_of(pixel, 0u), age, width_px, h.stabilized), 0u, 0u));

@@ -91,7 +91,7 @@ void add_far(ivec2 pixel, Kernel k, float reach_px, inout Sum s)
 
 Visibility filter_mean(ivec2 pixel, uvec2 word, float width_px, out float deviation)
 {
-    vec2 uv = pixel_uv(pixel);
+    vec2 uv = ray_uv(pixel);
     float z = unpack_depth(word, g.denoising_range), frames = mean_frames(word);
     vec3 position_vs = view_position(uv, z, g.frustum, g.orthographic), normal_vs = load_normal_vs(in_normal_roughness, pixel);
     float tolerance = max(g.plane_distance_sensitivity * frustum_size(z), 4.0 * DEPTH_ERROR * z);
