@@ -25,12 +25,16 @@ const float DEPTH_ERROR = 2.1e-3;       /* of the depth, at most */
 const uint DEPTH_NONE = 4095u;          /* sky, or faces away from the light */
 
 /* Bits of a word that a shift has brought to the top of a float's fraction, as a number in [0, 1): cheaper than a conversion. */
-float fraction_of(uint word, uint mask) { return uintBitsToFloat((word & mask) | 0x3f800000u) - 1.0; }
+float raised_fraction(uint word, uint mask) { return uintBitsToFloat((word & mask) | 0x3f800000u); }   /* plus 1 */
+float fraction_of(uint word, uint mask) { return raised_fraction(word, mask) - 1.0; }
 
 uint pack_depth(float z)
 {
     return uint(clamp(log2(z / g.denoising_range) * DEPTH_STEPS + (24.0 * DEPTH_STEPS + 0.5), 0.0, 4094.0));
 }
+/* The base-2 logarithm is this, times x, plus y. */
+float depth_bits(uvec2 word) { return raised_fraction(word.x << 11, 0x7ff800u); }
+vec2 depth_logarithm(float range) { return vec2(4096.0 / DEPTH_STEPS, log2(range) - 24.0 - 4096.0 / DEPTH_STEPS); }
 /* range: the denoising range of the frame that packed it. */
 float unpack_depth(uvec2 word, float range) { return exp2((fraction_of(word.x << 11, 0x7ff800u) * (4096.0 / DEPTH_STEPS)) - 24.0) * range; }
 bool is_nothing(uvec2 word) { return (word.x & 4095u) == DEPTH_NONE; }
@@ -81,15 +85,24 @@ Visibility visibility_of(uvec2 word)
 uint mean_age_code(uvec2 word) { return (word.x >> 20) & 15u; }
 float mean_width_px(uvec2 word) { return unpack_width(word.x >> 24); }
 /* Of any width but 0. */
-float mean_log_width(uvec2 word) { return fraction_of(word.x >> 9, 0x7f8000u) * (256.0 / WIDTH_STEPS) - (1.0 / WIDTH_STEPS + 4.0); }
+float mean_log_width(uvec2 word) { return raised_fraction(word.x >> 9, 0x7f8000u) * (256.0 / WIDTH_STEPS) - (257.0 / WIDTH_STEPS + 4.0); }
 
 uvec2 pack_history(uvec2 mean, uint stabilized) { return uvec2((mean.x & 0xfffffu) | (stabilized << 20) | (mean_age_code(mean) << 28), mean.y & 0xffffu); }
 uvec2 pack_ray_history(uvec2 mean) { return pack_history(mean, mean.x >> 24); }
 uint history_age_code(uvec2 word) { return word.x >> 28; }
 /* Frames in the mean, at least 1. */
 float mean_frames(uvec2 word) { return 1.0 + history_length(max(unpack_age(mean_age_code(word)) - 1.0, 0.0), mean_width_px(word)); }
-float history_stabilized(uvec2 word) { return history_age_code(word) == 0u ? luma_of(visibility_of(word)) : byte_of(word.x, 20); }
-float history_width_px(uvec2 word) { return history_age_code(word) == 0u ? unpack_width((word.x >> 20) & 255u) : WIDTH_ANY; }
+float history_stabilized(uvec2 word) { return mix(byte_of(word.x, 20), luma_of(visibility_of(word)), history_age_code(word) == 0u); }
+float history_width_px(uvec2 word)
+{
+    float width = exp2(raised_fraction(word.x >> 5, 0x7f8000u) * (256.0 / WIDTH_STEPS) - (257.0 / WIDTH_STEPS + 4.0));
+    return mix(mix(0.0, width, (word.x & 0xff00000u) != 0u), WIDTH_ANY, history_age_code(word) != 0u);
+}
+float history_age(uvec2 word)   /* unpack_age() of its code */
+{
+    float sixteenth = fraction_of(word.x >> 9, 0x780000u);
+    return 64.0 * sixteenth * sixteenth;
+}
 /* Where no penumbra was near: of any depth, no frames. */
 uvec2 uniform_history(bool lit) { return uvec2(DEPTH_NONE | 0xff00000u | (lit ? 0xff000u : 0u), lit ? 0xffffu : 0u); }
 
@@ -97,6 +110,10 @@ uvec2 uniform_history(bool lit) { return uvec2(DEPTH_NONE | 0xff00000u | (lit ? 
 const uint TILE_ACTIVE = 1u;
 const uint TILE_STALE = 2u;
 const uint TILE_LIT = 4u;
+/* Kinds of rays in a tile, a bit for each quarter of it, row by row: of lit rays; blocked; blocked and coloured. */
+const uint KIND_LIT = 1u;
+const uint KIND_BLOCKED = 1u << 4;
+const uint KIND_COLORED = 1u << 8;
 uint unpack_tile(float texel) { return uint(texel * 255.0 + 0.5); }
 
 /* ---- the light's view of a surface. The surface around a pixel is taken as the plane through it. For offsets in pixels from there:
@@ -104,7 +121,9 @@ uint unpack_tile(float texel) { return uint(texel * 255.0 + 0.5); }
 struct LightFrame {
     vec3 across;    /* perpendicular^2 = across.x x^2 + 2 across.y x y + across.z y^2 */
     vec2 along;     /* distance towards the light */
-    vec2 deepening; /* growth of the depth, relative */
+    vec2 deeper;    /* growth of the depth */
+    vec2 deepening; /* likewise, relative; 0 in orthographic views */
+    float facing;   /* cos of the angle between normal and line of sight, times the length of the latter for a depth of 1 */
     float pixel;    /* size of a pixel, facing the camera */
 };
 
@@ -125,22 +144,44 @@ LightFrame make_light_frame(vec3 position_vs, vec3 normal_vs)
     float facing = dot(normal_vs, ray), least = LEAST_FACING * length(ray);
     facing = abs(facing) < least ? (facing < 0.0 ? -least : least) : facing;
     vec2 step = g.frustum.zw / vec2(rect_size()) * mix(position_vs.z, 1.0, g.orthographic);
-    vec2 deeper = -step * normal_vs.xy / facing;
-    vec3 x = vec3(step.x, 0.0, 0.0) + ray * deeper.x, y = vec3(0.0, step.y, 0.0) + ray * deeper.y;
+    f.facing = facing;
+    f.deeper = -step * normal_vs.xy / facing;
+    vec3 x = vec3(step.x, 0.0, 0.0) + ray * f.deeper.x, y = vec3(0.0, step.y, 0.0) + ray * f.deeper.y;
     f.along = vec2(dot(x, l), dot(y, l));
     f.across = vec3(dot(x, x), dot(x, y), dot(y, y)) - vec3(f.along.x * f.along.x, f.along.x * f.along.y, f.along.y * f.along.y);
-    f.deepening = deeper / position_vs.z * (1.0 - g.orthographic);
+    f.deepening = f.deeper / position_vs.z * (1.0 - g.orthographic);
     f.pixel = abs(step.y);
     return f;
 }
 
-/* How many pixels off the centre a point of the plane is seen; offset: its distance in pixels at the centre's depth. */
-vec2 plane_to_pixels(LightFrame f, vec2 offset) { return offset / max(1.0 + dot(f.deepening, offset), 0.1); }
+/* Depth of a point of the plane, relative to the centre's; offset: its distance in pixels at the centre's depth. It is seen at offset / this. */
+float relative_depth(LightFrame f, vec2 offset) { return max(1.0 + dot(f.deepening, offset), 0.1); }
 
-float across_squared(LightFrame f, vec2 offset)
+/* across: as in LightFrame. */
+float across_squared(vec3 across, vec2 offset)
 {
-    return max(f.across.x * offset.x * offset.x + (2.0 * f.across.y * offset.x + f.across.z * offset.y) * offset.y, 0.0);
+    return max(across.x * offset.x * offset.x + (2.0 * across.y * offset.x + across.z * offset.y) * offset.y, 0.0);
 }
+
+/* A number of the depth that is linear over the picture on every plane: its reciprocal, or itself in orthographic views. Its own inverse. */
+float nearness(float z) { return mix(1.0 / z, z, g.orthographic); }
+
+/* The plane through a surface, of whose points a pixel knows the nearness. */
+struct NearnessPlane {
+    vec3 at;          /* nearness at an offset in pixels = x + y * offset.x + z * offset.y */
+    vec2 tolerance;   /* of one that is off by the tolerated distance = x * nearness + y */
+};
+
+NearnessPlane make_nearness_plane(LightFrame f, float z, float distance)
+{
+    float near = nearness(z), flat_distance = distance / abs(f.facing);
+    NearnessPlane p;
+    p.at = vec3(near, f.deeper * mix(-near * near, 1.0, g.orthographic));
+    p.tolerance = vec2(min(flat_distance * near, 0.9) * (1.0 - g.orthographic), flat_distance * g.orthographic);
+    return p;
+}
+
+bool is_on_plane(NearnessPlane p, float expected, float nearness) { return abs(nearness - expected) <= p.tolerance.x * nearness + p.tolerance.y; }
 
 vec3 load_normal_vs(sampler2D normal_roughness, ivec2 pixel)
 {

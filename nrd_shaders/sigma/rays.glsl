@@ -1,0 +1,32 @@
+/* What a ray tells: lit, or blocked with the half width of its penumbra. */
+#ifndef RAYS_GLSL
+#define RAYS_GLSL
+
+/* Half widths in pixels, or */
+const float LIT = 1e6;
+const float WIDEST = 1e5;
+const float FACES_AWAY = -1.0;
+const float NOTHING = -2.0;              /* sky, outside the rectangle */
+
+/* Choices are made by mix(), which, unlike ?: and &&, makes no branches. NaN: faces away. */
+float width_of(float penumbra, float z)
+{
+    float blocked = mix(FACES_AWAY, clamp(penumbra / pixel_size(abs(z)), 1e-20, WIDEST), penumbra > 0.0);
+    return mix(mix(blocked, LIT, penumbra >= NRD_HIT_DIST_MISS), NOTHING, is_sky(z));
+}
+
+uint kind_of(float width) { return mix(mix(0u, KIND_BLOCKED, width > 0.0), KIND_LIT, width == LIT); }
+
+/* Of a ray that is not coloured. */
+Visibility visibility_of(float width) { return Visibility(width == LIT); }
+
+#ifdef TRANSLUCENCY
+/* Of a blocked ray. NaN: 0. */
+uint load_color(ivec2 pixel)
+{
+    vec4 texel = texelFetch(in_translucency, pixel, 0);
+    return packUnorm4x8(vec4(nrd_is_finite(texel.xyz) ? texel.xyz : vec3(0.0), 0.0));
+}
+#endif
+
+#endif
