@@ -8,7 +8,6 @@
 #include "nrd_spirv.h"
 
 #include "common/cli.h"
-#include "common/gpu.h"
 #include "report/output.h"
 #include "report/report.h"
 #include "report/statistics.h"
@@ -175,22 +174,11 @@ static bool take_option(report *r, const char *name, char *value)
     return report_fail(r, "%s: unknown option", name);
 }
 
-static bool is_processor(report *r, bool *out)
-{
-    gpu g;
-    const gpu_desc desc = { .device_index = r->options.device };
-    if (!gpu_open(&g, &desc, r->error, sizeof r->error))
-        return false;
-    *out = g.properties.deviceType == VK_PHYSICAL_DEVICE_TYPE_CPU;
-    gpu_close(&g);
-    return true;
-}
-
 /* What was not said. */
 static bool set_defaults(report *r, bool quick)
 {
     report_options *o = &r->options;
-    bool cpu, ok = is_processor(r, &cpu);
+    bool cpu = r->gpu.properties.deviceType == VK_PHYSICAL_DEVICE_TYPE_CPU, ok = true;
     bool all_scenes = !o->scene_count && !quick;
     if (ok && !o->scene_count && quick)
         ok = each_word(r, "interior,moving,glass", take_scene);
@@ -253,7 +241,8 @@ static bool parse(int argc, char **argv, report *r)
     }
     if (!r->options.folder)
         return report_fail(r, "no output folder given");
-    return set_defaults(r, quick);
+    const gpu_desc device = { .device_index = r->options.device };
+    return gpu_open(&r->gpu, &device, r->error, sizeof r->error) && set_defaults(r, quick);
 }
 
 /* ---- the program ---- */
@@ -317,8 +306,9 @@ int main(int argc, char **argv)
     static report r;
     if (argc == 1) return fputs(usage, stderr), 2;
     if (!strcmp(argv[1], "--help") || !strcmp(argv[1], "-h")) return fputs(usage, stdout), 0;
-    if (!parse(argc, argv, &r)) return cli_fail("nrd-report", "%s", r.error), 2;
+    if (!parse(argc, argv, &r)) return cli_fail("nrd-report", "%s", r.error), gpu_close(&r.gpu), 2;
     bool ok = run(&r);
     free(r.rows.rows);
+    gpu_close(&r.gpu);
     return ok ? 0 : cli_fail("nrd-report", "%s", r.error);
 }

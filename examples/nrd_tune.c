@@ -525,10 +525,12 @@ int main(int argc, char **argv)
     static shot train[MAX_SCENES], test[MAX_SCENES];
     if (argc == 2 && (!strcmp(argv[1], "--help") || !strcmp(argv[1], "-h"))) return fputs(usage, stdout), 0;
     if (!parse(&t, argc, argv)) return cli_fail("nrd-tune", "%s", t.r.error), 2;
-    bool ok = tune_all(&t, train, test);
+    const gpu_desc device = { .device_index = t.r.options.device };
+    bool ok = gpu_open(&t.r.gpu, &device, t.r.error, sizeof t.r.error) && tune_all(&t, train, test);
     for (int i = 0; i < MAX_SCENES; i++) {
         close_shot(&train[i]);
         close_shot(&test[i]);
     }
+    gpu_close(&t.r.gpu);
     return ok ? 0 : cli_fail("nrd-tune", "%s", t.r.error);
 }

@@ -127,6 +127,46 @@ static void a_kernel_sees_buffer_push_constant_and_specialization(void **state)
     gpu_kernel_destroy(g, &kernel);
 }
 
+typedef struct sharer {
+    pthread_t thread;
+    gpu *owner;
+    uint32_t seed;
+    bool ok;
+} sharer;
+
+static void *work_on_shared_device(void *argument)
+{
+    sharer *s = (sharer *)argument;
+    gpu g;
+    gpu_buffer buffer = {VK_NULL_HANDLE, VK_NULL_HANDLE, 0, NULL};
+    uint32_t sent[64], received[64];
+    const VkBufferUsageFlags usage = VK_BUFFER_USAGE_TRANSFER_SRC_BIT | VK_BUFFER_USAGE_TRANSFER_DST_BIT;
+    for (uint32_t i = 0; i < 64; ++i) sent[i] = s->seed * 64 + i;
+    if (!gpu_open(&g, &(gpu_desc){.shared = s->owner}, NULL, 0)) return NULL;
+    s->ok = g.device == s->owner->device && g.cmd != s->owner->cmd && gpu_buffer_create_local(&g, sizeof sent, usage, &buffer);
+    for (int i = 0; i < 20 && s->ok; ++i)
+        s->ok = gpu_buffer_upload(&g, &buffer, sent, sizeof sent) && gpu_buffer_download(&g, &buffer, received, sizeof received) &&
+                memcmp(sent, received, sizeof sent) == 0;
+    gpu_buffer_destroy(&g, &buffer);
+    gpu_close(&g);
+    return NULL;
+}
+
+/* Under the validation layer, which close_device asks for complaints. */
+static void several_threads_share_a_device(void **state)
+{
+    sharer sharers[4];
+    for (uint32_t i = 0; i < 4; ++i) {
+        sharers[i] = (sharer){.owner = (gpu *)*state, .seed = i, .ok = false};
+        assert_int_equal(pthread_create(&sharers[i].thread, NULL, work_on_shared_device, &sharers[i]), 0);
+    }
+    for (uint32_t i = 0; i < 4; ++i) {
+        pthread_join(sharers[i].thread, NULL);
+        assert_true(sharers[i].ok);
+    }
+    an_uploaded_image_comes_back_bit_by_bit(state); /* still open */
+}
+
 static void a_wrong_size_is_refused_with_a_reason(void **state)
 {
     gpu *g = (gpu *)*state;
@@ -172,6 +212,7 @@ int main(void)
         cmocka_unit_test(an_uploaded_image_comes_back_bit_by_bit),
         cmocka_unit_test(a_large_transfer_after_a_small_one_grows_the_staging_buffer),
         cmocka_unit_test(a_kernel_sees_buffer_push_constant_and_specialization),
+        cmocka_unit_test(several_threads_share_a_device),
         cmocka_unit_test(a_wrong_size_is_refused_with_a_reason),
         cmocka_unit_test(a_device_that_is_not_there_is_named),
         cmocka_unit_test(misuse_is_counted_when_validation_is_there),

@@ -565,6 +565,7 @@ static bool create_runtime(denoise *d)
     desc.physical = d->g.physical;
     desc.device = d->g.device;
     desc.get_instance_proc = d->g.get_instance_proc;
+    desc.pipeline_cache = d->g.pipeline_cache;
     desc.frames_in_flight = 1;
     desc.queue_family = d->g.family;
     desc.flags = NRD_VK_TIMESTAMPS | (d->desc.validate ? NRD_VK_DEBUG_NAMES : 0);
@@ -574,7 +575,7 @@ static bool create_runtime(denoise *d)
 
 static bool create_parts(denoise *d, const capture *frame)
 {
-    gpu_desc device = { .device_index = d->desc.device_index, .validation = d->desc.validate, .sync_validation = d->desc.validate };
+    gpu_desc device = { .device_index = d->desc.device_index, .validation = d->desc.validate, .sync_validation = d->desc.validate, .shared = d->desc.device };
     char reason[256];
     if (!gpu_open(&d->g, &device, reason, sizeof reason)) {
         snprintf(d->sink.text, d->sink.size, "cannot open a Vulkan device: %s", reason);

@@ -19,7 +19,8 @@ typedef struct denoise_desc {
     signal_id reference_signal;   /* what the denoiser "reference" averages */
     const setting_value *settings; /* kept, not copied */
     uint32_t setting_count;
-    int device_index;             /* position in vkEnumeratePhysicalDevices; negative: the first */
+    struct gpu *device;           /* an open one to work on, beside others on threads of their own; NULL: opens one */
+    int device_index;             /* of the one to open: position in vkEnumeratePhysicalDevices; negative: the first */
     bool validate;                /* under the validation layer, with synchronisation checks */
     bool check;                   /* with the input checker */
     bool overlay;                 /* with the validation overlay, of the first denoiser unless the setting `validation` says otherwise */

@@ -25,7 +25,7 @@ static bool check(gpu *g, VkResult result, const char *what)
 
 const char *gpu_error(const gpu *g) { return g->error; }
 
-uint32_t gpu_message_count(const gpu *g) { return g->message_count; }
+uint32_t gpu_message_count(const gpu *g) { return g->owner ? g->owner->message_count : g->message_count; }
 
 /* ---- opening -------------------------------------------------------------------------------------------------- */
 
@@ -222,6 +222,13 @@ static bool create_common_objects(gpu *g)
            check(g, g->fn.vkCreateSampler(g->device, &sampler, NULL, &g->nearest), "vkCreateSampler");
 }
 
+static bool create_pipeline_cache(gpu *g)
+{
+    VkPipelineCacheCreateInfo info = {.sType = VK_STRUCTURE_TYPE_PIPELINE_CACHE_CREATE_INFO};
+    VkResult result = g->fn.vkCreatePipelineCache(g->device, &info, NULL, &g->pipeline_cache);
+    return check(g, result, "vkCreatePipelineCache");
+}
+
 static bool create_queries(gpu *g)
 {
     VkQueueFamilyProperties families[32];
@@ -244,17 +251,46 @@ static bool open_all(gpu *g, const gpu_desc *desc)
     if (validation && !layer_is_listed(g->get_instance_proc))
         return fail(g, "validation was asked for, but " VALIDATION_LAYER " is not installed");
     return create_instance(g, validation, desc->sync_validation) && load_instance_functions(g) &&
-           choose_device(g, desc->device_index) && choose_family(g) && create_device(g, desc) && create_common_objects(g) &&
-           create_queries(g);
+           choose_device(g, desc->device_index) && choose_family(g) && create_device(g, desc) && create_pipeline_cache(g) &&
+           create_common_objects(g) && create_queries(g);
+}
+
+static bool open_shared(gpu *g, gpu *owner)
+{
+    while (owner->owner) owner = owner->owner;
+    g->owner = owner;
+    g->instance = owner->instance;
+    g->physical = owner->physical;
+    g->device = owner->device;
+    g->queue = owner->queue;
+    g->family = owner->family;
+    g->properties = owner->properties;
+    g->memory = owner->memory;
+    g->get_instance_proc = owner->get_instance_proc;
+    g->get_device_proc = owner->get_device_proc;
+    g->fn = owner->fn;
+    g->pipeline_cache = owner->pipeline_cache;
+    g->set_object_name = owner->set_object_name;
+    return create_common_objects(g) && create_queries(g);
 }
 
 bool gpu_open(gpu *g, const gpu_desc *desc, char *error, size_t error_size)
 {
     memset(g, 0, sizeof *g);
-    if (open_all(g, desc)) return true;
+    pthread_mutex_init(&g->submission, NULL);
+    if (desc->shared ? open_shared(g, desc->shared) : open_all(g, desc)) return true;
     if (error && error_size) snprintf(error, error_size, "%s", g->error);
     gpu_close(g);
     return false;
+}
+
+static void destroy_common_objects(gpu *g)
+{
+    gpu_buffer_destroy(g, &g->staging);
+    if (g->queries) g->fn.vkDestroyQueryPool(g->device, g->queries, NULL);
+    if (g->nearest) g->fn.vkDestroySampler(g->device, g->nearest, NULL);
+    if (g->fence) g->fn.vkDestroyFence(g->device, g->fence, NULL);
+    if (g->pool) g->fn.vkDestroyCommandPool(g->device, g->pool, NULL);
 }
 
 static void close_device(gpu *g)
@@ -262,28 +298,32 @@ static void close_device(gpu *g)
     if (!g->fn.vkDestroyDevice) /* the device's table was not complete */
         g->fn.vkDestroyDevice = (PFN_vkDestroyDevice)g->get_device_proc(g->device, "vkDestroyDevice");
     if (g->fn.vkDeviceWaitIdle) g->fn.vkDeviceWaitIdle(g->device);
-    gpu_buffer_destroy(g, &g->staging);
-    if (g->queries) g->fn.vkDestroyQueryPool(g->device, g->queries, NULL);
-    if (g->nearest) g->fn.vkDestroySampler(g->device, g->nearest, NULL);
-    if (g->fence) g->fn.vkDestroyFence(g->device, g->fence, NULL);
-    if (g->pool) g->fn.vkDestroyCommandPool(g->device, g->pool, NULL);
+    destroy_common_objects(g);
+    if (g->pipeline_cache) g->fn.vkDestroyPipelineCache(g->device, g->pipeline_cache, NULL);
     if (g->fn.vkDestroyDevice) g->fn.vkDestroyDevice(g->device, NULL);
+}
+
+static void close_instance(gpu *g)
+{
+    PFN_vkDestroyInstance destroy = (PFN_vkDestroyInstance)g->get_instance_proc(g->instance, "vkDestroyInstance");
+    if (g->messenger) {
+        PFN_vkDestroyDebugUtilsMessengerEXT destroy_messenger =
+            (PFN_vkDestroyDebugUtilsMessengerEXT)g->get_instance_proc(g->instance, "vkDestroyDebugUtilsMessengerEXT");
+        destroy_messenger(g->instance, g->messenger, NULL);
+    }
+    destroy(g->instance, NULL);
 }
 
 void gpu_close(gpu *g)
 {
-    if (g->device) close_device(g);
-    if (g->messenger) {
-        PFN_vkDestroyDebugUtilsMessengerEXT destroy =
-            (PFN_vkDestroyDebugUtilsMessengerEXT)g->get_instance_proc(g->instance, "vkDestroyDebugUtilsMessengerEXT");
-        destroy(g->instance, g->messenger, NULL);
+    if (g->owner) {
+        destroy_common_objects(g); /* every submission has been waited for */
+    } else {
+        if (g->device) close_device(g);
+        if (g->instance) close_instance(g);
+        if (g->loader) dlclose(g->loader);
     }
-    if (g->instance) {
-        PFN_vkDestroyInstance destroy =
-            (PFN_vkDestroyInstance)g->get_instance_proc(g->instance, "vkDestroyInstance");
-        destroy(g->instance, NULL);
-    }
-    if (g->loader) dlclose(g->loader);
+    if (g->loader || g->owner) pthread_mutex_destroy(&g->submission);
     memset(g, 0, sizeof *g);
 }
 
@@ -332,31 +372,48 @@ VkCommandBuffer gpu_begin(gpu *g)
     return g->cmd;
 }
 
-bool gpu_submit_and_wait(gpu *g)
+static VkResult submit_alone(gpu *g)
 {
     VkSubmitInfo submit = {VK_STRUCTURE_TYPE_SUBMIT_INFO, NULL, 0, NULL, NULL, 1, &g->cmd, 0, NULL};
+    pthread_mutex_t *submission = g->owner ? &g->owner->submission : &g->submission;
+    pthread_mutex_lock(submission);
+    VkResult result = g->fn.vkQueueSubmit(g->queue, 1, &submit, g->fence);
+    pthread_mutex_unlock(submission);
+    return result;
+}
+
+bool gpu_submit_and_wait(gpu *g)
+{
     write_timestamp(g, 1);
     memory_barrier(g, VK_PIPELINE_STAGE_HOST_BIT, VK_ACCESS_HOST_READ_BIT);
     return check(g, g->fn.vkEndCommandBuffer(g->cmd), "vkEndCommandBuffer") &&
            check(g, g->fn.vkResetFences(g->device, 1, &g->fence), "vkResetFences") &&
-           check(g, g->fn.vkQueueSubmit(g->queue, 1, &submit, g->fence), "vkQueueSubmit") &&
+           check(g, submit_alone(g), "vkQueueSubmit") &&
            check(g, g->fn.vkWaitForFences(g->device, 1, &g->fence, VK_TRUE, UINT64_MAX), "vkWaitForFences") &&
            read_timestamps(g);
 }
 
 /* ---- buffers and images --------------------------------------------------------------------------------------- */
 
+/* The first memory type that the resource may have and that has all of the flags; -1: none. */
+static int find_memory_type(const gpu *g, uint32_t allowed, VkMemoryPropertyFlags flags)
+{
+    for (uint32_t i = 0; i < g->memory.memoryTypeCount; ++i)
+        if ((allowed >> i & 1u) && (g->memory.memoryTypes[i].propertyFlags & flags) == flags) return (int)i;
+    return -1;
+}
+
 static bool allocate(gpu *g, const VkMemoryRequirements *need, VkMemoryPropertyFlags flags, VkDeviceMemory *out)
 {
-    for (uint32_t i = 0; i < g->memory.memoryTypeCount; ++i) {
-        if (!(need->memoryTypeBits >> i & 1u) || (g->memory.memoryTypes[i].propertyFlags & flags) != flags) continue;
-        VkMemoryAllocateInfo info = {VK_STRUCTURE_TYPE_MEMORY_ALLOCATE_INFO, NULL, need->size, i};
-        VkResult result = g->fn.vkAllocateMemory(g->device, &info, NULL, out);
-        return result == VK_SUCCESS ||
-               fail(g, "vkAllocateMemory of %llu bytes failed with VkResult %d", (unsigned long long)need->size,
-                    (int)result);
-    }
-    return fail(g, "no memory type with property flags 0x%x", (unsigned)flags);
+    /* what the host reads without a cache, it reads a hundred times more slowly */
+    VkMemoryPropertyFlags better = flags & VK_MEMORY_PROPERTY_HOST_VISIBLE_BIT ? flags | VK_MEMORY_PROPERTY_HOST_CACHED_BIT : flags;
+    int type = find_memory_type(g, need->memoryTypeBits, better);
+    if (type < 0) type = find_memory_type(g, need->memoryTypeBits, flags);
+    if (type < 0) return fail(g, "no memory type with property flags 0x%x", (unsigned)flags);
+    VkMemoryAllocateInfo info = {VK_STRUCTURE_TYPE_MEMORY_ALLOCATE_INFO, NULL, need->size, (uint32_t)type};
+    VkResult result = g->fn.vkAllocateMemory(g->device, &info, NULL, out);
+    return result == VK_SUCCESS ||
+           fail(g, "vkAllocateMemory of %llu bytes failed with VkResult %d", (unsigned long long)need->size, (int)result);
 }
 
 static bool fill_buffer_object(gpu *g, VkBufferUsageFlags usage, VkMemoryPropertyFlags memory, gpu_buffer *b)
@@ -562,6 +619,28 @@ bool gpu_download(gpu *g, const gpu_image *image, void *texels)
     return true;
 }
 
+bool gpu_buffer_upload(gpu *g, gpu_buffer *buffer, const void *bytes, VkDeviceSize size)
+{
+    const VkBufferCopy all = {0, 0, size};
+    if (size == 0) return true;
+    if (!grow_staging(g, size)) return false;
+    memcpy(g->staging.mapped, bytes, (size_t)size);
+    if (!gpu_begin(g)) return false;
+    g->fn.vkCmdCopyBuffer(g->cmd, g->staging.buffer, buffer->buffer, 1, &all);
+    return gpu_submit_and_wait(g);
+}
+
+bool gpu_buffer_download(gpu *g, const gpu_buffer *buffer, void *bytes, VkDeviceSize size)
+{
+    const VkBufferCopy all = {0, 0, size};
+    if (size == 0) return true;
+    if (!grow_staging(g, size) || !gpu_begin(g)) return false;
+    g->fn.vkCmdCopyBuffer(g->cmd, buffer->buffer, g->staging.buffer, 1, &all);
+    if (!gpu_submit_and_wait(g)) return false;
+    memcpy(bytes, g->staging.mapped, (size_t)size);
+    return true;
+}
+
 /* ---- kernels -------------------------------------------------------------------------------------------------- */
 
 static bool create_set_layout(gpu *g, gpu_kernel *k)
@@ -622,7 +701,7 @@ static bool create_pipeline(gpu *g, const gpu_kernel_desc *desc, gpu_kernel *k)
     if (!check(g, g->fn.vkCreateShaderModule(g->device, &module_info, NULL, &info.stage.module),
                "vkCreateShaderModule"))
         return false;
-    VkResult result = g->fn.vkCreateComputePipelines(g->device, VK_NULL_HANDLE, 1, &info, NULL, &k->pipeline);
+    VkResult result = g->fn.vkCreateComputePipelines(g->device, g->pipeline_cache, 1, &info, NULL, &k->pipeline);
     g->fn.vkDestroyShaderModule(g->device, info.stage.module, NULL);
     return check(g, result, "vkCreateComputePipelines");
 }

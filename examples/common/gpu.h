@@ -14,6 +14,7 @@
 #endif
 #include <vulkan/vulkan.h>
 
+#include <pthread.h>
 #include <stdbool.h>
 #include <stddef.h>
 #include <stdint.h>
@@ -76,6 +77,8 @@ extern "C" {
     X(vkUpdateDescriptorSets)                                                                                          \
     X(vkCreatePipelineLayout)                                                                                          \
     X(vkDestroyPipelineLayout)                                                                                         \
+    X(vkCreatePipelineCache)                                                                                           \
+    X(vkDestroyPipelineCache)                                                                                          \
     X(vkCreateComputePipelines)                                                                                        \
     X(vkDestroyPipeline)                                                                                               \
     X(vkCmdPipelineBarrier)                                                                                            \
@@ -108,6 +111,9 @@ typedef struct gpu_desc {
     const char *const *extensions; /* of the device; gpu_open fails where one is absent */
     uint32_t extension_count;
     const void *features; /* becomes VkDeviceCreateInfo.pNext */
+    struct gpu *shared;   /* an open one: its device and queue are used, and the members above ignored. It must outlive this one.
+                             Each of those that share may be used by a thread of its own. Drivers keep some memory for every
+                             device that was ever opened, so programs that work on many things open one */
 } gpu_desc;
 
 /* Host-visible, coherent, persistently mapped; or, with `mapped` NULL, of the device alone. */
@@ -145,9 +151,12 @@ typedef struct gpu {
     VkFence fence;
     VkQueryPool queries; /* begin and end of g->cmd; none on queues without timestamps */
     VkSampler nearest; /* clamp to edge, nearest, unnormalized = no */
+    VkPipelineCache pipeline_cache; /* of the device, for all who share it */
 
     /* private */
     void *loader;
+    struct gpu *owner;        /* whose device it is; NULL: its own */
+    pthread_mutex_t submission; /* of the owner: a queue takes one submission at a time */
     VkDebugUtilsMessengerEXT messenger;
     PFN_vkSetDebugUtilsObjectNameEXT set_object_name;
     gpu_buffer staging;
@@ -165,7 +174,7 @@ bool gpu_validation_available(void);
 /* On failure writes the reason to `error` (at most error_size bytes, terminated) and leaves *g zeroed. */
 bool gpu_open(gpu *g, const gpu_desc *desc, char *error, size_t error_size);
 
-/* Waits for the device. Everything created from g must have been destroyed before. Accepts a zeroed gpu. */
+/* Waits for its device, unless it shares one. Everything created from g must have been destroyed before. Accepts a zeroed gpu. */
 void gpu_close(gpu *g);
 
 /* Why the last function that returned false did so; "" if none did. */
@@ -189,6 +198,9 @@ bool gpu_download(gpu *g, const gpu_image *image, void *texels);
 bool gpu_buffer_create(gpu *g, VkDeviceSize size, VkBufferUsageFlags usage, gpu_buffer *out);
 /* In the device's own memory, which the host does not see. */
 bool gpu_buffer_create_local(gpu *g, VkDeviceSize size, VkBufferUsageFlags usage, gpu_buffer *out);
+/* The first `size` bytes of such a buffer, whose usage must have TRANSFER_DST and TRANSFER_SRC; blocks as gpu_upload does. */
+bool gpu_buffer_upload(gpu *g, gpu_buffer *buffer, const void *bytes, VkDeviceSize size);
+bool gpu_buffer_download(gpu *g, const gpu_buffer *buffer, void *bytes, VkDeviceSize size);
 void gpu_buffer_destroy(gpu *g, gpu_buffer *buffer);
 
 /* Starts g->cmd afresh and makes all earlier submissions' writes visible to it. NULL on failure. */

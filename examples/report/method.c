@@ -70,20 +70,20 @@ bool method_describe(report *r, nrd_denoiser denoiser, nrd_preset preset, const 
 }
 
 /* The method may have been copied since it was described. */
-static void fill_desc(method *m, int device)
+static void fill_desc(method *m, gpu *device)
 {
     m->desc.denoisers[0] = m->denoiser;
     m->desc.denoiser_count = 1;
     m->desc.settings = m->settings;
     m->desc.setting_count = m->setting_count;
-    m->desc.device_index = device;
+    m->desc.device = device;
 }
 
 static bool takes(const method *m, const capture *first, nrd_resource resource)
 {
     method copy = *m;
     denoise_sink sink = { NULL, 0 };
-    fill_desc(&copy, 0);
+    fill_desc(&copy, NULL);
     nrd *instance = denoise_make_instance(&copy.desc, first, &sink);
     bool takes = instance && nrd_uses_resource(instance, resource);
     nrd_destroy(instance);
@@ -109,7 +109,7 @@ bool method_takes_one_path(const method *m, const capture *first)
 bool method_fits(const method *m, const capture *first, char *reason, size_t reason_size)
 {
     method copy = *m;
-    fill_desc(&copy, 0);
+    fill_desc(&copy, NULL);
     return denoise_check(&copy.desc, first, "first frame", reason, reason_size);
 }
 
@@ -144,7 +144,7 @@ static void take(method *m, timings *t, double copy_ms)
 
 static bool open_denoiser(report *r, method *m, const capture *first, capture *out)
 {
-    fill_desc(m, r->options.device);
+    fill_desc(m, &r->gpu);
     m->index = 0;
     m->d = denoise_create(&m->desc, first, r->error, sizeof r->error);
     return m->d && method_frame(r, m, first, out);

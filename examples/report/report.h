@@ -8,6 +8,7 @@
 
 #include "common/capture.h"
 #include "common/denoise.h"
+#include "common/gpu.h"
 #include "scenes/scene.h"
 
 enum {
@@ -122,6 +123,7 @@ typedef struct report_rows {
 typedef struct report {
     report_options options;
     report_rows rows;
+    gpu gpu; /* the device of all that is measured */
     char device[256];
     char error[REPORT_ERROR];
 } report;

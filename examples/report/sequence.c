@@ -216,7 +216,7 @@ bool sequence_open(sequence *s, report *r, const report_group *group, bool with_
     if (!s->planes || !s->sums)
         return report_fail(r, "out of memory");
     return scene_open(&s->scene, group->scene, NULL, r->error, sizeof r->error)
-        && tracer_open_vulkan(&s->tracer, r->options.device, r->error, sizeof r->error)
+        && tracer_open_vulkan_on(&s->tracer, &r->gpu, r->error, sizeof r->error)
         && (!with_references || load_references(s));
 }
 
@@ -349,7 +349,7 @@ bool sequence_trace_ms(sequence *s, int paths, double *out)
     for (int i = 0; i < PROBES; i++) {
         if (!trace(s))
             return false;
-        times[i] = gpu_milliseconds(tracer_vulkan_gpu(&s->tracer));
+        times[i] = tracer_vulkan_ms(&s->tracer);
     }
     *out = quantile(times, PROBES, 0.5);
     return true;

@@ -27,6 +27,7 @@ typedef struct vulkan_state {
     gpu_kernel frame_kernel, reference_kernel;
     gpu_buffer buffers[BUFFER_COUNT];
     gpu_image textures[TRACER_TEXTURE_COUNT];
+    double traced_ms;
 } vulkan_state;
 
 static bool fail(const vulkan_state *v, char *error, size_t error_size)
@@ -35,31 +36,33 @@ static bool fail(const vulkan_state *v, char *error, size_t error_size)
     return false;
 }
 
-/* A buffer of at least `size` bytes; a new one only where the present one is too small. */
+/* A buffer of at least `size` bytes; a new one only where the present one is too small. In the device's memory: rays that fetch
+   a scene from the host's are ten times slower. */
 static bool reserve(vulkan_state *v, int index, VkDeviceSize size)
 {
+    const VkBufferUsageFlags usage = VK_BUFFER_USAGE_STORAGE_BUFFER_BIT | VK_BUFFER_USAGE_TRANSFER_SRC_BIT | VK_BUFFER_USAGE_TRANSFER_DST_BIT;
     if (v->buffers[index].size >= size) return true;
     gpu_buffer_destroy(&v->gpu, &v->buffers[index]);
-    return gpu_buffer_create(&v->gpu, size, VK_BUFFER_USAGE_STORAGE_BUFFER_BIT, &v->buffers[index]);
+    return gpu_buffer_create_local(&v->gpu, size, usage, &v->buffers[index]);
 }
 
 static bool fill(vulkan_state *v, int index, const void *bytes, size_t size)
 {
-    if (!reserve(v, index, size ? size : sizeof(vec4))) return false;
-    memcpy(v->buffers[index].mapped, bytes, size);
-    return true;
+    return reserve(v, index, size ? size : sizeof(vec4)) && gpu_buffer_upload(&v->gpu, &v->buffers[index], bytes, size);
 }
 
-/* Corners in the order of the hierarchy; the first one carries the triangle's number. */
+/* Corners in the order of the hierarchy; the first one carries the triangle's number. False when memory is short. */
 static bool fill_corners(vulkan_state *v, const pt_scene *scene, const bvh *b)
 {
-    if (!reserve(v, CORNERS, (VkDeviceSize)scene->triangle_count * 3 * sizeof(vec4))) return false;
-    vec4 *out = v->buffers[CORNERS].mapped;
-    for (uint32_t i = 0; i < scene->triangle_count; i++) {
+    size_t size = (size_t)scene->triangle_count * 3 * sizeof(vec4);
+    vec4 *out = malloc(size);
+    for (uint32_t i = 0; out && i < scene->triangle_count; i++) {
         for (int k = 0; k < 3; k++) out[3 * i + (uint32_t)k] = scene->triangles[b->order[i]].p[k];
         memcpy((float *)&out[3 * i] + 3, &b->order[i], sizeof b->order[i]);
     }
-    return true;
+    bool ok = out && fill(v, CORNERS, out, size);
+    free(out);
+    return ok;
 }
 
 static bool vulkan_load(tracer *t, pt_scene *scene, char *error, size_t error_size)
@@ -114,7 +117,9 @@ static bool vulkan_render(tracer *t, const pt_scene *scene, float *planes, char 
     }
     if (!dispatch(v, &v->frame_kernel, &scene->frame, PT_PLANE_COUNT)) return fail(v, error, error_size);
     size_t texels = (size_t)scene->frame.width * scene->frame.height;
-    memcpy(planes, v->buffers[PLANES].mapped, PT_PLANE_COUNT * texels * sizeof *planes);
+    double traced = gpu_milliseconds(&v->gpu);
+    if (!gpu_buffer_download(&v->gpu, &v->buffers[PLANES], planes, PT_PLANE_COUNT * texels * sizeof *planes)) return fail(v, error, error_size);
+    v->traced_ms = traced;
     return true;
 }
 
@@ -130,9 +135,15 @@ static bool vulkan_accumulate(tracer *t, const pt_scene *scene, double *sums, ch
         if (!dispatch(v, &v->reference_kernel, &f, PT_REF_COUNT)) return fail(v, error, error_size);
     }
     size_t values = PT_REF_COUNT * (size_t)scene->frame.width * scene->frame.height;
-    const float *added = v->buffers[PLANES].mapped;
-    for (size_t i = 0; i < values; i++) sums[i] += added[i];
-    return true;
+    float *added = malloc(values * sizeof *added);
+    if (!added) {
+        snprintf(error, error_size, "out of memory");
+        return false;
+    }
+    bool ok = gpu_buffer_download(&v->gpu, &v->buffers[PLANES], added, values * sizeof *added) || fail(v, error, error_size);
+    for (size_t i = 0; ok && i < values; i++) sums[i] += added[i];
+    free(added);
+    return ok;
 }
 
 static void vulkan_close(tracer *t)
@@ -165,6 +176,8 @@ static bool create_kernel(vulkan_state *v, uint32_t is_reference, gpu_kernel *ou
 
 gpu *tracer_vulkan_gpu(tracer *t) { return &((vulkan_state *)t->state)->gpu; }
 
+double tracer_vulkan_ms(const tracer *t) { return ((const vulkan_state *)t->state)->traced_ms; }
+
 const uint32_t *tracer_vulkan_code(size_t *size_bytes)
 {
     *size_bytes = sizeof trace_spv;
@@ -176,7 +189,7 @@ const gpu_image *tracer_vulkan_texture(const tracer *t, tracer_texture which)
     return &((const vulkan_state *)t->state)->textures[which];
 }
 
-bool tracer_open_vulkan(tracer *t, int device, char *error, size_t error_size)
+static bool open_on(tracer *t, const gpu_desc *device, char *error, size_t error_size)
 {
     memset(t, 0, sizeof *t);
     vulkan_state *v = calloc(1, sizeof *v);
@@ -184,7 +197,7 @@ bool tracer_open_vulkan(tracer *t, int device, char *error, size_t error_size)
         snprintf(error, error_size, "out of memory");
         return false;
     }
-    if (!gpu_open(&v->gpu, &(gpu_desc){ .device_index = device }, error, error_size)) {
+    if (!gpu_open(&v->gpu, device, error, error_size)) {
         free(v);
         return false;
     }
@@ -193,4 +206,14 @@ bool tracer_open_vulkan(tracer *t, int device, char *error, size_t error_size)
     fail(v, error, error_size);
     vulkan_close(t);
     return false;
+}
+
+bool tracer_open_vulkan(tracer *t, int device, char *error, size_t error_size)
+{
+    return open_on(t, &(gpu_desc){ .device_index = device }, error, error_size);
+}
+
+bool tracer_open_vulkan_on(tracer *t, gpu *device, char *error, size_t error_size)
+{
+    return open_on(t, &(gpu_desc){ .shared = device }, error, error_size);
 }

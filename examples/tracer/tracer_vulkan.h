@@ -23,8 +23,14 @@ typedef enum tracer_texture {
     TRACER_TEXTURE_COUNT
 } tracer_texture;
 
+/* As tracer_open_vulkan, on a device that is open, beside others. */
+bool tracer_open_vulkan_on(tracer *t, gpu *device, char *error, size_t error_size);
+
 /* The device on which a tracer from tracer_open_vulkan works. */
 gpu *tracer_vulkan_gpu(tracer *t);
+
+/* Device time of the last render. */
+double tracer_vulkan_ms(const tracer *t);
 
 /* Written by every render; valid until the next render of another size, or close. */
 const gpu_image *tracer_vulkan_texture(const tracer *t, tracer_texture which);
