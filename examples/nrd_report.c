@@ -242,7 +242,10 @@ static bool parse(int argc, char **argv, report *r)
     if (!r->options.folder)
         return report_fail(r, "no output folder given");
     const gpu_desc device = { .device_index = r->options.device };
-    return gpu_open(&r->gpu, &device, r->error, sizeof r->error) && set_defaults(r, quick);
+    if (!gpu_open(&r->gpu, &device, r->error, sizeof r->error))
+        return false;
+    snprintf(r->device, sizeof r->device, "%s", r->gpu.properties.deviceName);
+    return set_defaults(r, quick);
 }
 
 /* ---- the program ---- */

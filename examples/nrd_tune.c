@@ -4,24 +4,24 @@
    What is made small is the weighted geometric mean, over scenes and signals, of six numbers (formulas: common/metrics.h):
    trimmed relMSE in motion, weight 3; at rest, 1; over the frames after all lights become four times as bright, 1; flicker
    in motion, 1; at rest, 1; the size of the bias in motion, 1. Coordinate search in factors: each value is multiplied and
-   divided by a step; the result is kept when it is better in the mean, and on no scene that it is trained on clearly worse,
-   so that nothing is paid for by one scene. The step shrinks to its root when a round brings nothing. */
+   divided by a step, several values at once on all processors; those that are better in the mean, and on no scene that they
+   are trained on clearly worse (so that nothing is paid for by one scene), and do not flicker more than before the search, are
+   kept, the best first, the others where they are still better on top of it. The step shrinks to its root when a round brings
+   nothing. */
+#define _POSIX_C_SOURCE 200809L
 #define NRD_IMPLEMENTATION
 #define NRD_VK_IMPLEMENTATION
 #include "nrd_vk.h"
 
 #include "common/cli.h"
-#include "report/constants.h"
-#include "report/method.h"
-#include "report/score.h"
-#include "report/sequence.h"
-#include "report/tuning.h"
+#include "report/trial.h"
 
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 #include <sys/stat.h>
+#include <time.h>
 
 static const char usage[] =
     "usage: nrd-tune DENOISER,... OUT/ [options]\n"
@@ -31,221 +31,34 @@ static const char usage[] =
     "  --set KEY=VALUE    starts from this value and keeps it; may be repeated\n"
     "  --only LIST        settings and constants to search, default: all numbers that are not 0\n"
     "  --tries N          evaluations at most for each denoiser, default 200\n"
+    "  --seconds N        of search at most for each denoiser, default: no limit\n"
     "  --step F           first factor, default 1.6\n"
     "  --size WxH         default 240x135\n"
     "  --frames M,R,L     in motion, at rest, after the light step; default 24,12,8\n"
+    "  --pairs N          pairs of frames in motion that are compared with a reference, default 2\n"
     "  --paths P          per pixel and lobe, default 1\n"
     "  --ref SPP          samples per pixel of references, default 64\n"
     "  --device N         Vulkan device, default: the first\n";
 
-enum { MAX_SCENES = 8, MAX_KNOBS = 96 };
 #define LEAST_STEP 1.08
 #define LEAST_GAIN 0.002  /* of the objective: less is within the noise of the references */
 #define MOST_LOSS 0.01    /* of a scene's own objective */
-#define LEAST_FLICKER 1e-4
-#define LEAST_ERROR 1e-4
-#define LEAST_BIAS 0.01
-
-/* A scene whose frames are kept. */
-typedef struct shot {
-    capture frames[REPORT_MAX_FRAMES];
-    truth truths[SIGNAL_COUNT];
-} shot;
-
-/* Something that can be turned. */
-typedef struct knob {
-    const char *name, *unit;
-    const shader_constant *constant; /* NULL: a setting */
-    double value, first, min, max;
-} knob;
+#define MOST_FLICKER 0.01 /* above that before the search, in motion and at rest: less error is not to be bought with it */
 
 typedef struct tuner {
     report r;
     nrd_denoiser denoiser; /* at work on this one */
     const char *train, *test, *only;
-    double step;
+    double step, seconds, start;
     int tries, tried;
     setting_value fixed[REPORT_MAX_SETTINGS];
     uint32_t fixed_count;
     shader_constants constants;
-    knob knobs[MAX_KNOBS];
+    knob knobs[TRIAL_MAX_KNOBS];
     int knob_count;
+    candidate best;
+    verdict first; /* before the search */
 } tuner;
-
-/* How good some values are on a list of scenes. */
-typedef struct verdict {
-    double objective, terms[TUNING_TERMS], scenes[MAX_SCENES]; /* scenes: the objective of each; 0: the denoiser cannot run there */
-} verdict;
-
-/* ---- scenes ---- */
-
-static bool open_shot(tuner *t, const char *name, shot *s)
-{
-    const report_group group = { scene_find(name), t->r.options.sizes[0], t->r.options.paths[0] };
-    sequence seq;
-    memset(s, 0, sizeof *s);
-    if (!group.scene)
-        return report_fail(&t->r, "'%s' is no scene", name);
-    bool ok = sequence_open(&seq, &t->r, &group, true);
-    for (int i = 0; ok && i < sequence_length(&t->r.options); i++) {
-        ok = sequence_frame(&seq, i, &s->frames[i]);
-        cli_progress(name, i + 1, sequence_length(&t->r.options));
-    }
-    sequence_close(&seq);
-    return ok;
-}
-
-static void close_shot(shot *s)
-{
-    for (int i = 0; i < REPORT_MAX_FRAMES; i++)
-        capture_destroy(&s->frames[i]);
-}
-
-static bool open_shots(tuner *t, const char *list, shot *shots, int *count)
-{
-    char copy[512];
-    snprintf(copy, sizeof copy, "%s", list);
-    *count = 0;
-    for (char *name = copy, *next; name; name = next) {
-        next = strchr(name, ',');
-        if (next)
-            *next++ = 0;
-        if (*count == MAX_SCENES)
-            return report_fail(&t->r, "at most %d scenes", MAX_SCENES);
-        if (!open_shot(t, name, &shots[(*count)++]))
-            return false;
-    }
-    return true;
-}
-
-/* ---- evaluation ---- */
-
-static double mean_after_step(const score *s, const report_options *o)
-{
-    double sum = 0;
-    int used = 0;
-    for (int i = o->moving + o->still; i < s->curve_count; i++)
-        if (isfinite(s->curve[i])) {
-            sum += s->curve[i];
-            used++;
-        }
-    return used ? sum / used : 0;
-}
-
-/* Adds the logarithms of the terms of one signal. */
-static void add_terms(const score *s, const report_options *o, double *terms)
-{
-    const metrics_flicker *motion = &s->motion_flicker, *rest = &s->rest_flicker;
-    terms[0] += log(metrics_summarise(&s->motion).rel_mse_trimmed + LEAST_ERROR);
-    terms[1] += log(metrics_summarise(&s->rest).rel_mse_trimmed + LEAST_ERROR);
-    terms[2] += log(mean_after_step(s, o) + LEAST_ERROR);
-    terms[3] += log((motion->pixels ? motion->sum / (double)motion->pixels : 0) + LEAST_FLICKER);
-    terms[4] += log((rest->pixels ? rest->sum / (double)rest->pixels : 0) + LEAST_FLICKER);
-    terms[5] += log(fabs(metrics_summarise(&s->motion).bias) + LEAST_BIAS);
-}
-
-static void make_method(const tuner *t, method *m)
-{
-    memset(m, 0, sizeof *m);
-    m->denoiser = t->denoiser;
-    for (uint32_t i = 0; i < t->fixed_count; i++)
-        m->settings[m->setting_count++] = t->fixed[i];
-    for (int i = 0; i < t->knob_count; i++)
-        if (t->knobs[i].constant)
-            constants_set(t->knobs[i].constant, (float)t->knobs[i].value);
-        else
-            m->settings[m->setting_count++] = (setting_value){ t->knobs[i].name, true, t->denoiser, t->knobs[i].value };
-}
-
-static bool score_frame(tuner *t, shot *s, method *m, score *scores, int frame)
-{
-    const report_options *o = &t->r.options;
-    const capture *then = frame ? &s->frames[frame - 1] : NULL, *now = &s->frames[frame];
-    capture out;
-    bool ok = method_frame(&t->r, m, now, &out);
-    for (int k = 0; k < SIGNAL_COUNT && ok; k++) {
-        image picture;
-        if (!m->writes[k])
-            continue;
-        ok = truth_advance(&s->truths[k], o, frame, then, now) && signal_get(now, &out, (signal_id)k, SOURCE_DENOISED, &picture)
-            && score_add(&scores[k], &s->truths[k], o, frame, then, now, &picture);
-        if (!ok)
-            report_fail(&t->r, "out of memory");
-    }
-    capture_destroy(&out);
-    return ok;
-}
-
-static bool run_shot(tuner *t, shot *s, double *terms, int *signals)
-{
-    static score scores[SIGNAL_COUNT];
-    char reason[REPORT_ERROR];
-    method m;
-    make_method(t, &m);
-    if (!method_fits(&m, &s->frames[0], reason, sizeof reason))
-        return true;
-    for (int k = 0; k < SIGNAL_COUNT; k++) {
-        score_start(&scores[k]);
-        memset(&s->truths[k], 0, sizeof s->truths[k]);
-        s->truths[k].signal = (signal_id)k;
-    }
-    bool ok = method_open(&t->r, &m, &s->frames[0]);
-    for (int i = 0; ok && i < sequence_length(&t->r.options); i++)
-        ok = score_frame(t, s, &m, scores, i);
-    for (int k = 0; k < SIGNAL_COUNT; k++) {
-        if (ok && m.writes[k]) {
-            add_terms(&scores[k], &t->r.options, terms);
-            (*signals)++;
-        }
-        score_free(&scores[k]);
-        truth_free(&s->truths[k]);
-    }
-    method_close(&m);
-    return ok;
-}
-
-/* The weighted mean of logarithms. */
-static double objective_of(const double *terms, int signals)
-{
-    static const double weights[TUNING_TERMS] = { 3, 1, 1, 1, 1, 1 };
-    double sum = 0, weight = 0;
-    for (int i = 0; i < TUNING_TERMS; i++) {
-        sum += weights[i] * terms[i];
-        weight += weights[i];
-    }
-    return exp(sum / weight / signals);
-}
-
-static bool evaluate(tuner *t, shot *shots, int count, verdict *out)
-{
-    int all = 0;
-    memset(out, 0, sizeof *out);
-    for (int i = 0; i < count; i++) {
-        double terms[TUNING_TERMS] = { 0 };
-        int signals = 0;
-        if (!run_shot(t, &shots[i], terms, &signals))
-            return false;
-        if (signals)
-            out->scenes[i] = objective_of(terms, signals);
-        for (int k = 0; k < TUNING_TERMS; k++)
-            out->terms[k] += terms[k];
-        all += signals;
-    }
-    if (!all)
-        return report_fail(&t->r, "%s can run on none of the scenes", nrd_denoiser_name(t->denoiser));
-    out->objective = objective_of(out->terms, all);
-    for (int k = 0; k < TUNING_TERMS; k++)
-        out->terms[k] = exp(out->terms[k] / all);
-    return true;
-}
-
-static bool is_better(const verdict *now, const verdict *best)
-{
-    for (int i = 0; i < MAX_SCENES; i++)
-        if (now->scenes[i] > best->scenes[i] * (1 + MOST_LOSS))
-            return false;
-    return now->objective < best->objective * (1 - LEAST_GAIN);
-}
 
 /* ---- knobs ---- */
 
@@ -260,8 +73,10 @@ static bool is_wanted(const tuner *t, const char *name)
 
 static void add_knob(tuner *t, const knob *k)
 {
-    if (t->knob_count < MAX_KNOBS && is_wanted(t, k->name))
-        t->knobs[t->knob_count++] = *k;
+    if (t->knob_count == TRIAL_MAX_KNOBS || !is_wanted(t, k->name))
+        return;
+    t->best.values[t->knob_count] = k->first;
+    t->knobs[t->knob_count++] = *k;
 }
 
 /* Numbers that are not 0: a switch or a 0 has no factor. What the application must know as well stays. */
@@ -271,8 +86,18 @@ static void add_settings(tuner *t)
     for (uint32_t i = 0; nrd_get_setting(t->denoiser, i, &row); i++) {
         bool shared = !strncmp(row.name, "hit_distance_", strlen("hit_distance_"));
         if (row.is_float && row.value != 0 && !shared && !setting_given(t->fixed, t->fixed_count, t->denoiser, row.name))
-            add_knob(t, &(knob){ row.name, row.unit, NULL, row.value, row.value, row.min, row.max });
+            add_knob(t, &(knob){ row.name, row.unit, NULL, row.value, row.min, row.max });
     }
+}
+
+/* What the bits of a texture mean, and numbers that stand for a case: no other value makes sense. */
+static bool is_encoding(const char *name)
+{
+    static const char *const names[] = { "OCT_MAX", "DEPTH_STEPS", "WIDTH_ANY", "LIT", "FACES_AWAY", "NOTHING" };
+    for (size_t i = 0; i < sizeof names / sizeof *names; i++)
+        if (!strcmp(name, names[i]))
+            return true;
+    return false;
 }
 
 static bool add_constants(tuner *t)
@@ -295,48 +120,127 @@ static bool add_constants(tuner *t)
     for (int i = 0; i < t->constants.count; i++) {
         const shader_constant *c = &t->constants.list[i];
         double value = constants_get(c);
-        if (value != 0)
-            add_knob(t, &(knob){ c->name, "in the shaders", c, value, value, value < 0 ? -1e6 : 1e-6, value < 0 ? -1e-6 : 1e6 });
+        if (value != 0 && !is_encoding(c->name))
+            add_knob(t, &(knob){ c->name, "in the shaders", c, value, value < 0 ? -1e6 : 1e-6, value < 0 ? -1e-6 : 1e6 });
     }
     return ok || report_fail(&t->r, "a shader module cannot be read");
 }
 
 /* ---- search ---- */
 
-/* Tries one value; keeps it when that is better. */
-static bool try_value(tuner *t, shot *shots, int count, knob *k, double value, verdict *best, bool *better)
+static double seconds_now(void)
 {
-    double before = k->value;
-    verdict now;
-    value = fmin(fmax(value, k->min), k->max);
-    if (value == before || t->tried >= t->tries)
-        return true;
-    k->value = value;
+    struct timespec t;
+    clock_gettime(CLOCK_MONOTONIC, &t);
+    return (double)t.tv_sec + 1e-9 * (double)t.tv_nsec;
+}
+
+static bool is_over(const tuner *t)
+{
+    return t->tried >= t->tries || (t->seconds > 0 && seconds_now() - t->start > t->seconds);
+}
+
+static bool is_better(const tuner *t, const verdict *now, const verdict *best)
+{
+    for (int i = TUNING_FLICKER; i <= TUNING_FLICKER_AT_REST; i++)
+        if (now->terms[i] > t->first.terms[i] * (1 + MOST_FLICKER))
+            return false;
+    for (int i = 0; i < TRIAL_MAX_SHOTS; i++)
+        if (now->shots[i] > best->shots[i] * (1 + MOST_LOSS))
+            return false;
+    return now->objective < best->objective * (1 - LEAST_GAIN);
+}
+
+/* Candidates of one batch, each the best so far but for one knob. */
+typedef struct moves {
+    candidate list[TRIAL_MAX_LANES];
+    int knobs[TRIAL_MAX_LANES];
+    int count;
+} moves;
+
+static void add_move(const tuner *t, moves *m, int knob, double factor)
+{
+    const struct knob *k = &t->knobs[knob];
+    double before = t->best.values[knob], value = fmin(fmax(before * factor, k->min), k->max);
+    if (value == before || t->tried + m->count >= t->tries)
+        return;
+    m->list[m->count] = t->best;
+    m->list[m->count].values[knob] = value;
+    m->knobs[m->count++] = knob;
+}
+
+static void print_try(tuner *t, const moves *m, int i, const char *note)
+{
+    int knob = m->knobs[i];
     t->tried++;
-    if (!evaluate(t, shots, count, &now))
-        return false;
-    *better = is_better(&now, best);
-    printf("%4d  %.5f  %s %g%s\n", t->tried, now.objective, k->name, value, *better ? "  kept" : "");
+    printf("%4d  %.5f  %s %g%s\n", t->tried, m->list[i].verdict.objective, t->knobs[knob].name, m->list[i].values[knob], note);
     fflush(stdout);
-    if (*better)
-        *best = now;
-    else
-        k->value = before;
+}
+
+/* The move that has gained most over `before`, of those to knobs that have not been looked at; -1: none gains. */
+static int best_move(const tuner *t, const moves *m, const verdict *before, const bool *seen)
+{
+    int best = -1;
+    for (int i = 0; i < m->count; i++)
+        if (!seen[m->knobs[i]] && is_better(t, &m->list[i].verdict, before) && (best < 0 || m->list[i].verdict.objective < m->list[best].verdict.objective))
+            best = i;
+    return best;
+}
+
+/* Tries a move on top of the best so far. */
+static bool try_on_top(tuner *t, const trial *at, shots *s, int knob, double value)
+{
+    static moves one;
+    one.count = 1;
+    one.knobs[0] = knob;
+    one.list[0] = t->best;
+    one.list[0].values[knob] = value;
+    if (!trial_run(at, s, one.list, 1))
+        return false;
+    bool better = is_better(t, &one.list[0].verdict, &t->best.verdict);
+    print_try(t, &one, 0, better ? "  kept too" : "");
+    if (better)
+        t->best = one.list[0];
     return true;
 }
 
-static bool search(tuner *t, shot *shots, int count, verdict *best)
+static bool try_moves(tuner *t, const trial *at, shots *s, moves *m, bool *any)
 {
-    for (double step = t->step; step >= LEAST_STEP && t->tried < t->tries;) {
+    bool seen[TRIAL_MAX_KNOBS] = { false };
+    const verdict before = t->best.verdict;
+    if (!trial_run(at, s, m->list, m->count))
+        return false;
+    int best = best_move(t, m, &before, seen);
+    for (int i = 0; i < m->count; i++)
+        print_try(t, m, i, i == best ? "  kept" : "");
+    if (best < 0)
+        return true;
+    *any = true;
+    t->best = m->list[best];
+    seen[m->knobs[best]] = true;
+    for (int i; t->tried < t->tries && (i = best_move(t, m, &before, seen)) >= 0;) {
+        seen[m->knobs[i]] = true;
+        if (!try_on_top(t, at, s, m->knobs[i], m->list[i].values[m->knobs[i]]))
+            return false;
+    }
+    return true;
+}
+
+static bool search(tuner *t, const trial *at, shots *s)
+{
+    int lanes = trial_lanes(s->count);
+    t->start = seconds_now();
+    for (double step = t->step; step >= LEAST_STEP && !is_over(t);) {
         bool any = false;
-        for (int i = 0; i < t->knob_count; i++) {
-            knob *k = &t->knobs[i];
-            bool better = false;
-            if (!try_value(t, shots, count, k, k->value * step, best, &better))
+        for (int i = 0; i < t->knob_count && !is_over(t);) {
+            static moves m;
+            m.count = 0;
+            for (; i < t->knob_count && m.count + 2 <= lanes; i++) {
+                add_move(t, &m, i, step);
+                add_move(t, &m, i, 1 / step);
+            }
+            if (!try_moves(t, at, s, &m, &any))
                 return false;
-            if (!better && !try_value(t, shots, count, k, k->value / step, best, &better))
-                return false;
-            any |= better;
         }
         if (!any)
             step = sqrt(step);
@@ -354,33 +258,31 @@ static void print_verdict(const char *what, const verdict *v)
     printf("\n");
 }
 
-static void swap_values(tuner *t)
-{
-    for (int i = 0; i < t->knob_count; i++) {
-        double value = t->knobs[i].value;
-        t->knobs[i].value = t->knobs[i].first;
-        t->knobs[i].first = value;
-    }
-}
-
 static void print_defaults(const tuner *t)
 {
     printf("\nnew values\n");
     for (int i = 0; i < t->knob_count; i++)
-        if (t->knobs[i].value != t->knobs[i].first)
-            printf("  %-34s %10g -> %-10g %s\n", t->knobs[i].name, t->knobs[i].first, t->knobs[i].value, t->knobs[i].unit);
+        if (t->best.values[i] != t->knobs[i].first)
+            printf("  %-34s %10g -> %-10g %s\n", t->knobs[i].name, t->knobs[i].first, t->best.values[i], t->knobs[i].unit);
+}
+
+static candidate first_values(const tuner *t)
+{
+    candidate c;
+    memset(&c, 0, sizeof c);
+    for (int i = 0; i < t->knob_count; i++)
+        c.values[i] = t->knobs[i].first;
+    return c;
 }
 
 /* Before and after on scenes that the search has not seen. */
-static bool compare_left_out(tuner *t, shot *shots, int count, verdict *before, verdict *after)
+static bool compare_left_out(const tuner *t, const trial *at, shots *s, verdict *before, verdict *after)
 {
-    if (!evaluate(t, shots, count, after))
+    candidate both[2] = { first_values(t), t->best };
+    if (!trial_run(at, s, both, 2))
         return false;
-    swap_values(t);
-    bool ok = evaluate(t, shots, count, before);
-    swap_values(t);
-    if (!ok)
-        return false;
+    *before = both[0].verdict;
+    *after = both[1].verdict;
     print_verdict("left out, before", before);
     print_verdict("left out, after", after);
     printf("%-22s %9.3f", "ratio", after->objective / before->objective);
@@ -411,49 +313,64 @@ static bool save(tuner *t, const verdict *verdicts)
     keep_values(&out, "before", t->test, &verdicts[2]);
     keep_values(&out, "after", t->test, &verdicts[3]);
     for (int i = 0; i < t->knob_count && out.change_count < TUNING_MAX_CHANGES; i++)
-        if (t->knobs[i].value != t->knobs[i].first) {
+        if (t->best.values[i] != t->knobs[i].first) {
             tuning_change *c = &out.changes[out.change_count++];
             snprintf(c->name, sizeof c->name, "%s", t->knobs[i].name);
             c->before = t->knobs[i].first;
-            c->after = t->knobs[i].value;
+            c->after = t->best.values[i];
         }
     return tuning_save(&t->r, &out);
 }
 
-static bool tune(tuner *t, shot *train, int train_count, shot *test, int test_count)
+static bool tune_on(tuner *t, const trial *train, shots *seen, const trial *test, shots *left_out)
 {
-    verdict verdicts[4], best; /* trained on and left out, before and after each */
-    t->knob_count = t->tried = 0;
-    memset(&t->constants, 0, sizeof t->constants);
-    add_settings(t);
-    if (!add_constants(t) || !evaluate(t, train, train_count, &best))
+    verdict verdicts[4]; /* trained on and left out, before and after each */
+    if (!trial_run(train, seen, &t->best, 1))
         return false;
-    verdicts[0] = best;
+    verdicts[0] = t->first = t->best.verdict;
     printf("%s, %d values to search\n%-22s %9s %9s %9s %9s %9s %9s %9s\n", nrd_denoiser_name(t->denoiser), t->knob_count, "", "objective", "motion", "rest",
            "step", "flicker", "at rest", "bias");
-    print_verdict("trained on, before", &best);
+    print_verdict("trained on, before", &verdicts[0]);
     fflush(stdout);
-    if (!search(t, train, train_count, &best) || !evaluate(t, train, train_count, &verdicts[1]))
+    if (!search(t, train, seen))
         return false;
+    verdicts[1] = t->best.verdict;
     print_verdict("trained on, after", &verdicts[1]);
-    if (!compare_left_out(t, test, test_count, &verdicts[2], &verdicts[3]) || !save(t, verdicts))
+    if (!compare_left_out(t, test, left_out, &verdicts[2], &verdicts[3]) || !save(t, verdicts))
         return false;
     print_defaults(t);
-    swap_values(t); /* denoisers share shaders: the next one starts from what is shipped */
-    for (int i = 0; i < t->knob_count; i++)
-        if (t->knobs[i].constant)
-            constants_set(t->knobs[i].constant, (float)t->knobs[i].value);
     return true;
 }
 
-static bool tune_all(tuner *t, shot *train, shot *test)
+static bool tune(tuner *t, shots *seen, shots *left_out)
 {
-    int train_count, test_count;
-    if (!open_shots(t, t->train, train, &train_count) || !open_shots(t, t->test, test, &test_count))
+    t->knob_count = t->tried = 0;
+    memset(&t->constants, 0, sizeof t->constants);
+    add_settings(t);
+    if (!add_constants(t))
+        return false;
+    lane *lanes = calloc(2 * TRIAL_MAX_LANES, sizeof *lanes);
+    if (!lanes)
+        return report_fail(&t->r, "out of memory");
+    const trial train = { &t->r, t->denoiser, t->fixed, t->fixed_count, t->knobs, t->knob_count, lanes };
+    const trial test = { &t->r, t->denoiser, t->fixed, t->fixed_count, t->knobs, t->knob_count, lanes + TRIAL_MAX_LANES };
+    bool ok = tune_on(t, &train, seen, &test, left_out);
+    trial_close(&train, seen);
+    trial_close(&test, left_out);
+    free(lanes);
+    for (int i = 0; i < t->knob_count; i++) /* denoisers share shaders: the next one starts from what is shipped */
+        if (t->knobs[i].constant)
+            constants_set(t->knobs[i].constant, (float)t->knobs[i].first);
+    return ok;
+}
+
+static bool tune_all(tuner *t, shots *train, shots *test)
+{
+    if (!shots_open(&t->r, t->train, train) || !shots_open(&t->r, t->test, test))
         return false;
     for (uint32_t i = 0; i < t->r.options.denoiser_count; i++) {
         t->denoiser = t->r.options.denoisers[i];
-        if (!tune(t, train, train_count, test, test_count))
+        if (!tune(t, train, test))
             return false;
     }
     return true;
@@ -470,6 +387,8 @@ static bool take_option(tuner *t, const char *name, const char *value)
     if (!strcmp(name, "--set") && t->fixed_count < REPORT_MAX_SETTINGS)
         return setting_parse(value, o->denoisers, o->denoiser_count, &t->fixed[t->fixed_count++], t->r.error, sizeof t->r.error);
     if (!strcmp(name, "--tries") && cli_integer(value, 0, 100000, &number)) return t->tries = (int)number, true;
+    if (!strcmp(name, "--seconds") && cli_number(value, &t->seconds) && t->seconds >= 0) return true;
+    if (!strcmp(name, "--pairs") && cli_integer(value, 1, 64, &number)) return o->pairs = (int)number, true;
     if (!strcmp(name, "--step") && cli_number(value, &t->step) && t->step > 1 && t->step <= 10) return true;
     if (!strcmp(name, "--ref") && cli_integer(value, 2, 1 << 20, &number)) return o->samples = (int)number / 2 * 2, true;
     if (!strcmp(name, "--device") && cli_integer(value, 0, 63, &number)) return o->device = (int)number, true;
@@ -502,7 +421,7 @@ static bool take_denoisers(tuner *t, const char *list)
 static bool parse(tuner *t, int argc, char **argv)
 {
     report_options *o = &t->r.options;
-    *o = (report_options){ .size_count = 1, .sizes = { { 240, 135 } }, .path_count = 1, .paths = { 1 }, .moving = 24, .still = 12, .stepped = 8, .pairs = 2, .samples = 64 };
+    *o = (report_options){ .size_count = 1, .sizes = { { 240, 135 } }, .path_count = 1, .paths = { 1 }, .moving = 24, .still = 12, .stepped = 8, .samples = 64 };
     t->train = "interior,moving,colonnade";
     t->test = "roughness_ramp,thin";
     t->tries = 200;
@@ -515,6 +434,9 @@ static bool parse(tuner *t, int argc, char **argv)
     for (int i = 3; i < argc; i += 2)
         if (!take_option(t, argv[i], i + 1 < argc ? argv[i + 1] : ""))
             return false;
+    o->pairs = o->pairs ? o->pairs : o->moving < 4 ? 1 : 2;
+    if (2 * o->pairs > o->moving)
+        return report_fail(&t->r, "--pairs: %d pairs do not fit into %d frames", o->pairs, o->moving);
     mkdir(o->folder, 0777);
     return true;
 }
@@ -522,15 +444,13 @@ static bool parse(tuner *t, int argc, char **argv)
 int main(int argc, char **argv)
 {
     static tuner t;
-    static shot train[MAX_SCENES], test[MAX_SCENES];
+    static shots train, test;
     if (argc == 2 && (!strcmp(argv[1], "--help") || !strcmp(argv[1], "-h"))) return fputs(usage, stdout), 0;
     if (!parse(&t, argc, argv)) return cli_fail("nrd-tune", "%s", t.r.error), 2;
     const gpu_desc device = { .device_index = t.r.options.device };
-    bool ok = gpu_open(&t.r.gpu, &device, t.r.error, sizeof t.r.error) && tune_all(&t, train, test);
-    for (int i = 0; i < MAX_SCENES; i++) {
-        close_shot(&train[i]);
-        close_shot(&test[i]);
-    }
+    bool ok = gpu_open(&t.r.gpu, &device, t.r.error, sizeof t.r.error) && tune_all(&t, &train, &test);
+    shots_close(&train);
+    shots_close(&test);
     gpu_close(&t.r.gpu);
     return ok ? 0 : cli_fail("nrd-tune", "%s", t.r.error);
 }

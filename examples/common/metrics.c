@@ -110,12 +110,6 @@ static bool structural_similarity(const double *a, const double *b, const unsign
 
 /* ---- errors ---- */
 
-static int compare_doubles(const void *a, const void *b)
-{
-    double x = *(const double *)a, y = *(const double *)b;
-    return (x > y) - (x < y);
-}
-
 static double mean_of(const double *values, size_t count)
 {
     double sum = 0;
@@ -124,11 +118,36 @@ static double mean_of(const double *values, size_t count)
     return count ? sum / (double)count : 0;
 }
 
-/* Sorts the errors. */
+/* Moves the `least` smallest values to the front (C. A. R. Hoare, Algorithm 65: Find, CACM 4(7), 1961). */
+static void select_least(double *values, size_t count, size_t least)
+{
+    for (size_t low = 0, high = count; high - low > 1;) {
+        double pivot = values[low + (high - low - 1) / 2]; /* never the last: both parts are smaller than the whole */
+        size_t i = low, j = high - 1;
+        for (;; i++, j--) {
+            while (values[i] < pivot)
+                i++;
+            while (values[j] > pivot)
+                j--;
+            if (i >= j)
+                break;
+            double swap = values[i];
+            values[i] = values[j];
+            values[j] = swap;
+        }
+        if (least <= j + 1)
+            high = j + 1;
+        else
+            low = j + 1;
+    }
+}
+
+/* Moves the errors. */
 static double trimmed_mean(double *errors, size_t count)
 {
-    qsort(errors, count, sizeof *errors, compare_doubles);
-    return mean_of(errors, count - count / TRIM_DIVISOR);
+    size_t kept = count - count / TRIM_DIVISOR;
+    select_least(errors, count, kept);
+    return mean_of(errors, kept);
 }
 
 static double finite_or_zero(double value)
@@ -207,6 +226,29 @@ bool metrics_compare(const image *m, const image *reference, const unsigned char
     bool ok = structural_similarity(tones, reference_tones, mask, m->width, m->height, &out->ssim);
     free(memory);
     return ok;
+}
+
+bool metrics_relative(const image *m, const image *reference, const unsigned char *mask, metrics *out)
+{
+    size_t count = image_pixels(m), used = 0;
+    double *errors = malloc(count * sizeof *errors);
+    memset(out, 0, sizeof *out);
+    if (!errors)
+        return false;
+    for (size_t i = 0; i < count; i++)
+        if (mask[i]) {
+            errors[used++] = relative_error(m, reference, i);
+            out->mean += finite_luminance(m, i);
+            out->mean_reference += image_luminance(reference, i);
+        }
+    double share = used ? 1.0 / (double)used : 0;
+    out->mean *= share;
+    out->mean_reference *= share;
+    out->rel_mse = mean_of(errors, used);
+    out->rel_mse_trimmed = trimmed_mean(errors, used);
+    out->frames = 1;
+    free(errors);
+    return true;
 }
 
 bool metrics_reference_noise(const image *reference, const float *standard_error, const unsigned char *mask, metrics *out)

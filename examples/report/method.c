@@ -144,17 +144,22 @@ static void take(method *m, timings *t, double copy_ms)
 
 static bool open_denoiser(report *r, method *m, const capture *first, capture *out)
 {
+    char reason[REPORT_ERROR];
     fill_desc(m, &r->gpu);
     m->index = 0;
-    m->d = denoise_create(&m->desc, first, r->error, sizeof r->error);
-    return m->d && method_frame(r, m, first, out);
+    m->d = denoise_create(&m->desc, first, reason, sizeof reason);
+    return m->d ? method_frame(r, m, first, out) : report_fail(r, "%s", reason);
 }
 
 /* ---- frames ---- */
 
 bool method_frame(report *r, method *m, const capture *frame, capture *out)
 {
-    return denoise_frame(m->d, frame, frame->cut ? "first frame" : "frame", m->index++, out, r->error, sizeof r->error);
+    char reason[REPORT_ERROR];
+    const char *name = frame->cut ? "first frame" : "frame";
+    uint32_t index = m->index++;
+    return (out ? denoise_frame(m->d, frame, name, index, out, reason, sizeof reason) : denoise_look(m->d, frame, name, index, reason, sizeof reason))
+        || report_fail(r, "%s", reason);
 }
 
 /* `final` counts as written when all that it is made of is; occlusion that comes with light is a by-product and does not count. */
@@ -180,7 +185,6 @@ bool method_open(report *r, method *m, const capture *first)
         return false;
     find_outputs(m, first, &out);
     capture_destroy(&out);
-    snprintf(r->device, sizeof r->device, "%s", denoise_device_name(m->d));
     return true;
 }
 
@@ -232,8 +236,9 @@ static bool copy_as_many_bytes(method *m, copier *copies, bool warm_up, double *
 bool method_time_once(report *r, method *m, const capture *frame, copier *copies, bool counts)
 {
     double copy_ms;
-    if (!denoise_again(m->clock, frame, m->index++, r->error, sizeof r->error))
-        return false;
+    char reason[REPORT_ERROR];
+    if (!denoise_again(m->clock, frame, m->index++, reason, sizeof reason))
+        return report_fail(r, "%s", reason);
     if (!copy_as_many_bytes(m, copies, !counts, &copy_ms))
         return report_fail(r, "%s", gpu_error(copies->g));
     if (counts)

@@ -43,7 +43,7 @@ bool method_takes_shadows(const method *m, const capture *first);
 /* Does it read hit distances alone, of one path? A capture has one hit distance for several paths, which is not their mean occlusion. */
 bool method_takes_one_path(const method *m, const capture *first);
 
-/* Opens the denoiser and finds out what it writes. */
+/* Opens the denoiser on the report's device and finds out what it writes. */
 bool method_open(report *r, method *m, const capture *first);
 
 /* Time and memory on a frame in the middle of a shot, of any size: started (`bytes` is known then), run as often as wanted, in
@@ -55,6 +55,7 @@ void method_time_end(method *m);
 
 void method_close(method *m);
 
+/* Denoises the next frame; out: NULL where the picture is not wanted. Methods may run on a thread each. */
 bool method_frame(report *r, method *m, const capture *frame, capture *out);
 
 #endif

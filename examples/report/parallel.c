@@ -31,12 +31,17 @@ static void *work_on(void *argument)
     return NULL;
 }
 
+int parallel_threads(void)
+{
+    long processors = sysconf(_SC_NPROCESSORS_ONLN);
+    return processors < 1 ? 1 : processors < MAX_THREADS ? (int)processors : MAX_THREADS;
+}
+
 bool parallel_each(int count, bool (*work)(void *user, int i), void *user)
 {
     pthread_t threads[MAX_THREADS];
     pool p = { PTHREAD_MUTEX_INITIALIZER, 0, count, false, work, user };
-    long processors = sysconf(_SC_NPROCESSORS_ONLN);
-    int started = 0, wanted = (int)(processors < MAX_THREADS ? processors : MAX_THREADS) - 1;
+    int started = 0, wanted = parallel_threads() - 1;
     while (started < wanted && started < count - 1 && pthread_create(&threads[started], NULL, work_on, &p) == 0)
         started++;
     work_on(&p);

@@ -128,7 +128,7 @@ typedef struct report {
     char error[REPORT_ERROR];
 } report;
 
-/* Writes the reason to r->error; returns false. */
+/* Writes the reason to r->error; returns false. Any thread may call it. */
 bool report_fail(report *r, const char *format, ...);
 
 /* Of the paths per pixel that are asked for, the number nearest to 1. */

@@ -2,6 +2,7 @@
 #include "report/report.h"
 
 #include <math.h>
+#include <pthread.h>
 #include <stdarg.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -16,9 +17,12 @@ const report_column_info report_columns[REPORT_COLUMN_COUNT] = {
 
 bool report_fail(report *r, const char *format, ...)
 {
+    static pthread_mutex_t lock = PTHREAD_MUTEX_INITIALIZER;
     va_list arguments;
     va_start(arguments, format);
+    pthread_mutex_lock(&lock);
     vsnprintf(r->error, sizeof r->error, format, arguments);
+    pthread_mutex_unlock(&lock);
     va_end(arguments);
     return false;
 }

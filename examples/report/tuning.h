@@ -8,7 +8,7 @@
 
 /* What is made small, each as a geometric mean over scenes and signals. */
 #define TUNING_TERM_LIST(X) X("relMSE in motion") X("at rest") X("after a light step") X("flicker in motion") X("flicker at rest") X("bias")
-enum { TUNING_TERMS = 6, TUNING_MAX_CHANGES = 64, TUNING_MAX_VERDICTS = 4 };
+enum { TUNING_TERMS = 6, TUNING_FLICKER = 3, TUNING_FLICKER_AT_REST = 4, TUNING_MAX_CHANGES = 64, TUNING_MAX_VERDICTS = 4 };
 
 typedef struct tuning_verdict {
     char when[16], scenes[256]; /* before or after; names between commas */
