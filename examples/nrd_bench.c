@@ -19,6 +19,7 @@
 #include "common/gpu.h"
 #include "common/half.h"
 #include "common/settings.h"
+#include "common/traffic.h"
 #include "report/copier.h"
 #include "report/statistics.h"
 
@@ -226,22 +227,19 @@ static float median(const options *o, uint32_t pass)
     return (float)quantile(of_pass, (int)o->frames, 0.5);
 }
 
-/* Every texel that a frame's passes read or write, each once per pass: what the memory must move at least if nothing stays in caches. */
+static double image_bytes(const void *user, nrd_resource resource)
+{
+    const gpu_image *i = &images[resource];
+    (void)user;
+    return (double)gpu_format_size(i->format) * i->width * i->height;
+}
+
 static double bytes_per_pixel(const options *o)
 {
     const nrd_dispatch *dispatches;
-    const nrd_info *info = nrd_get_info(denoiser);
     uint32_t count;
-    double bytes = 0;
     if (!set_frame(WARM_UP + o->frames + 1) || nrd_get_dispatches(denoiser, NULL, 0, &dispatches, &count)) return 0;
-    for (uint32_t d = 0; d < count; d++)
-        for (uint32_t b = 0; b < dispatches[d].binding_count; b++) {
-            const nrd_binding *binding = &dispatches[d].bindings[b];
-            bool internal = binding->resource == NRD_RESOURCE_INTERNAL;
-            const gpu_image *i = internal ? NULL : &images[binding->resource];
-            bytes += internal ? (double)info->textures[binding->texture].bytes : (double)gpu_format_size(i->format) * i->width * i->height;
-        }
-    return bytes / ((double)o->width * o->height);
+    return traffic_bytes(nrd_get_info(denoiser), dispatches, count, image_bytes, NULL) / ((double)o->width * o->height);
 }
 
 typedef struct modules { uint32_t count, bytes; } modules;

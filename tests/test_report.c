@@ -7,6 +7,7 @@
 
 #include "browser.h"
 #include "common/gpu.h"
+#include "common/traffic.h"
 #include "report/copier.h"
 #include "report/front.h"
 #include "report/parallel.h"
@@ -437,6 +438,33 @@ static void every_piece_of_work_is_done_once_until_one_fails(void **state)
 enum { COPY_WORDS = 5000 };
 
 /* Copies between a buffer of the device and one that the host sees. */
+static double bytes_of_test_image(const void *user, nrd_resource resource)
+{
+    const double *bytes = user;
+    return resource == NRD_RESOURCE_IN_VIEWZ ? bytes[0] : bytes[1];
+}
+
+/* Passes of a frame: the first binds IN_VIEWZ twice and writes OUT_SIGNAL, which the second writes again, before the third reads it
+   and writes it anew, for the application. */
+static void bytes_are_counted_as_passes_touch_them(void **state)
+{
+    static const nrd_binding bound[] = {
+        { NRD_RESOURCE_IN_VIEWZ, 0, NRD_ACCESS_READ, false, false }, { NRD_RESOURCE_IN_VIEWZ, 0, NRD_ACCESS_READ_LINEAR, false, false },
+        { NRD_RESOURCE_OUT_SIGNAL, 0, NRD_ACCESS_WRITE, false, false }, { NRD_RESOURCE_OUT_SIGNAL, 0, NRD_ACCESS_READ, false, false },
+    };
+    const double bytes[2] = { 4, 100 };
+    nrd_dispatch passes[3];
+    (void)state;
+    memset(passes, 0, sizeof passes);
+    for (int i = 0; i < 3; i++) {
+        passes[i].bindings = bound + (i == 0 ? 0 : 2);
+        passes[i].binding_count = i == 0 ? 3 : i == 1 ? 1 : 2;
+    }
+    assert_true(traffic_bytes(NULL, passes, 1, bytes_of_test_image, bytes) == 104);
+    assert_true(traffic_bytes(NULL, passes, 2, bytes_of_test_image, bytes) == 104);
+    assert_true(traffic_bytes(NULL, passes, 3, bytes_of_test_image, bytes) == 304);
+}
+
 static void move_buffer(gpu *g, const gpu_buffer *from, const gpu_buffer *to)
 {
     const VkBufferCopy all = { 0, 0, COPY_WORDS * 16 };
@@ -500,6 +528,7 @@ int main(void)
         cmocka_unit_test(fingerprints_are_fnv_1a),
         cmocka_unit_test(every_piece_of_work_is_done_once_until_one_fails),
         cmocka_unit_test(the_front_is_what_nothing_beats),
+        cmocka_unit_test(bytes_are_counted_as_passes_touch_them),
         cmocka_unit_test(copies_move_all_bytes_in_every_way),
         cmocka_unit_test(every_method_and_baseline_is_a_row),
         cmocka_unit_test(numbers_are_plausible),

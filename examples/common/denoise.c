@@ -4,6 +4,7 @@
 #include "common/half.h"
 #include "common/image.h"
 #include "common/pack.h"
+#include "common/traffic.h"
 #include "nrd_vk.h"
 
 #include <math.h>
@@ -998,11 +999,9 @@ bool denoise_again(denoise *d, const capture *frame, uint32_t index, char *error
     return ok;
 }
 
-static double image_bytes(const denoise *d, const nrd_info *info, const nrd_binding *binding)
+static double image_bytes(const void *user, nrd_resource resource)
 {
-    if (binding->resource == NRD_RESOURCE_INTERNAL)
-        return (double)info->textures[binding->texture].bytes;
-    const gpu_image *m = &d->images[binding->resource];
+    const gpu_image *m = &((const denoise *)user)->images[resource];
     return (double)gpu_format_size(m->format) * m->width * m->height;
 }
 
@@ -1018,9 +1017,8 @@ double denoise_bytes_moved(denoise *d, const capture *frame)
         if (nrd_set_frame(instance, &f) || nrd_get_dispatches(instance, NULL, 0, &dispatches, &count))
             count = 0;
     }
-    for (uint32_t i = 0; i < count; i++)
-        for (uint32_t k = 0; k < dispatches[i].binding_count; k++)
-            bytes += image_bytes(d, nrd_get_info(instance), &dispatches[i].bindings[k]);
+    if (count)
+        bytes = traffic_bytes(nrd_get_info(instance), dispatches, count, image_bytes, d);
     nrd_destroy(instance);
     return bytes;
 }

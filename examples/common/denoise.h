@@ -69,7 +69,7 @@ bool denoise_look(denoise *d, const capture *frame, const char *path, uint32_t i
 /* Runs the passes once more on the inputs of the last frame, as frame `index`, without transfers: for timings. */
 bool denoise_again(denoise *d, const capture *frame, uint32_t index, char *error, size_t error_size);
 
-/* Bytes of every image that the passes of a frame in the middle of a shot read or write, each once per pass. 0 on failure. */
+/* Bytes that the passes of a frame in the middle of a shot move, as traffic.h counts them. 0 on failure. */
 double denoise_bytes_moved(denoise *d, const capture *frame);
 
 /* Textures, passes and memory of the denoisers. */

@@ -58,7 +58,7 @@ typedef struct report_options {
     X(ms_low, "ms", "first quartile of that") \
     X(ms_high, "ms", "third quartile of that") \
     X(ns_per_pixel, "ns", "ms / pixels of the size at which times are taken") \
-    X(bytes_per_pixel, "B", "of every image that the passes read or write, each counted once per pass, from the graph") \
+    X(bytes_per_pixel, "B", "of every image that the passes read and of every one that they write, each counted once per pass, from the graph") \
     X(copy_share, "", "time in which a plain copy moves as many bytes on this device, in the same run and in the fastest of three ways, / ms") \
     X(copy_rate, "GB/s", "at which that copy moves them, half of them read, half written") \
     X(permanent_bytes, "B", "textures that keep their contents from frame to frame") \
