@@ -59,7 +59,7 @@ const float WIDTH = 0.17;
 const float LOBE_WIDTH = 3.0;
 /* Least radius of one frame's history, px; falls as 1 / sqrt(frames). 3 to 8 tried: less leaves fresh contact shadows speckled. */
 const float FRESH_RADIUS = 5.7;
-const float FALLOFF = 0.541;      /* of the weights, 2^-x per tap: exp(-3) at the rim */
+const float FALLOFF = 0.05;       /* of the weights, 2^-x per tap: nearly even over the disc. 0.05 to 0.54 tried: more is noisier */
 const float CURVATURE = 0.1;      /* distance off the plane, over the tap's own, that is still the same surface */
 const int TAPS = 8;
 const vec2 DISC[TAPS] = vec2[](vec2(0.2500, 0.0000), vec2(-0.3193, 0.2925), vec2(0.0489, -0.5569), vec2(0.4024, 0.5249),
