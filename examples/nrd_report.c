@@ -29,7 +29,8 @@ static const char usage[] =
     "  --denoisers LIST   default: all\n"
     "  --presets LIST     default: all\n"
     "  --variant NAME:KEY=VALUE,...  settings to measure beside the presets; up to 8\n"
-    "  --paths LIST       per pixel and lobe, 0.05 to 1 or a whole number up to 8; default 0.25,0.5,1,2,4\n"
+    "  --paths LIST       per pixel and lobe, 0.05 to 1 or a whole number up to 8; 0.5c and less: as a checkerboard;\n"
+    "                     default 0.25,0.25c,0.5,0.5c,1,2,4\n"
     "  --sizes LIST       WxH of the pictures, default 160x90 on a CPU, 640x360 on a GPU\n"
     "  --time-size WxH    at which times are taken, default: that of the pictures on a CPU, 1920x1080 on a GPU\n"
     "  --frames M,R,L     frames in motion, at rest, after the light step; default 12,8,10 on a CPU, 24,16,16 on a GPU\n"
@@ -93,12 +94,16 @@ static bool take_preset(report *r, const char *word)
 static bool take_paths(report *r, const char *word)
 {
     report_options *o = &r->options;
+    char number[32];
     double value;
-    if (!cli_number(word, &value) || value < 0.05 || value > 8 || (value > 1 && value != floor(value)))
-        return report_fail(r, "--paths: '%s' is not in [0.05, 1] and no whole number up to 8", word);
+    size_t length = strlen(word);
+    bool checkerboard = length > 1 && word[length - 1] == 'c';
+    snprintf(number, sizeof number, "%.*s", (int)(length - checkerboard), word);
+    if (!cli_number(number, &value) || value < 0.05 || value > 8 || (value > 1 && value != floor(value)) || (checkerboard && value > 0.5))
+        return report_fail(r, "--paths: '%s' is not in [0.05, 1] (with c: [0.05, 0.5]) and no whole number up to 8", word);
     if (o->path_count == REPORT_MAX_PATHS)
         return report_fail(r, "--paths: at most %d", REPORT_MAX_PATHS);
-    o->paths[o->path_count++] = value;
+    o->paths[o->path_count++] = (report_paths){ value, checkerboard };
     return true;
 }
 
@@ -192,7 +197,7 @@ static bool set_defaults(report *r, bool quick)
         o->presets[i] = (nrd_preset)i;
     o->preset_count = o->preset_count ? o->preset_count : NRD_PRESET_COUNT;
     if (ok && !o->path_count)
-        ok = each_word(r, quick ? "1" : "0.25,0.5,1,2,4", take_paths);
+        ok = each_word(r, quick ? "1" : "0.25,0.25c,0.5,0.5c,1,2,4", take_paths);
     if (ok && !o->size_count)
         ok = each_word(r, !cpu ? "640x360" : quick ? "128x72" : "160x90", take_size);
     if (!o->time_size.width && !cpu)
@@ -265,15 +270,15 @@ static bool measure_group(report *r, const report_group *group, int done, int to
         return true;
     if (!report_measure(r, group, done, total) || !rows_save(r, group, first))
         return false;
-    fprintf(stderr, "%d of %d: %s %dx%d, %g paths per pixel: %d rows in %.1f s\n", done + 1, total, group->scene->name, group->size.width, group->size.height,
-            group->paths, r->rows.count - first, seconds_now() - start);
+    fprintf(stderr, "%d of %d: %s %dx%d, %g%s paths per pixel: %d rows in %.1f s\n", done + 1, total, group->scene->name, group->size.width, group->size.height,
+            group->paths.count, group->paths.checkerboard ? "c" : "", r->rows.count - first, seconds_now() - start);
     return true;
 }
 
 /* Shadows have one ray per pixel, whatever the number of paths. */
 static bool paths_matter(const report_options *o, int scene, int paths)
 {
-    return !o->scenes[scene]->for_shadows || o->paths[paths] == report_usual_paths(o);
+    return !o->scenes[scene]->for_shadows || report_same_paths(o->paths[paths], report_usual_paths(o));
 }
 
 static bool measure_all(report *r)

@@ -392,7 +392,7 @@ static bool take_option(tuner *t, const char *name, const char *value)
     if (!strcmp(name, "--step") && cli_number(value, &t->step) && t->step > 1 && t->step <= 10) return true;
     if (!strcmp(name, "--ref") && cli_integer(value, 2, 1 << 20, &number)) return o->samples = (int)number / 2 * 2, true;
     if (!strcmp(name, "--device") && cli_integer(value, 0, 63, &number)) return o->device = (int)number, true;
-    if (!strcmp(name, "--paths") && cli_number(value, &o->paths[0]) && o->paths[0] >= 0.05 && o->paths[0] <= 8) return true;
+    if (!strcmp(name, "--paths") && cli_number(value, &o->paths[0].count) && o->paths[0].count >= 0.05 && o->paths[0].count <= 8) return true;
     if (!strcmp(name, "--size") && sscanf(value, "%dx%d%c", &o->sizes[0].width, &o->sizes[0].height, &tail) == 2 && o->sizes[0].width >= 16
         && o->sizes[0].height >= 16 && o->sizes[0].width <= 4096 && o->sizes[0].height <= 4096)
         return true;
@@ -421,7 +421,7 @@ static bool take_denoisers(tuner *t, const char *list)
 static bool parse(tuner *t, int argc, char **argv)
 {
     report_options *o = &t->r.options;
-    *o = (report_options){ .size_count = 1, .sizes = { { 240, 135 } }, .path_count = 1, .paths = { 1 }, .moving = 24, .still = 12, .stepped = 8, .samples = 64 };
+    *o = (report_options){ .size_count = 1, .sizes = { { 240, 135 } }, .path_count = 1, .paths = { { 1, false } }, .moving = 24, .still = 12, .stepped = 8, .samples = 64 };
     t->train = "interior,moving,colonnade";
     t->test = "roughness_ramp,thin";
     t->tries = 200;

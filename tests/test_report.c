@@ -123,7 +123,7 @@ static void add_to_front(report *r, const char *scene, const char *preset, const
     strcpy(row->preset, preset);
     strcpy(row->signal, signal);
     row->width = row->height = 64;
-    row->paths = 1;
+    row->paths.count = 1;
     row->values[REPORT_ms] = ms;
     row->values[REPORT_motion_trimmed] = error;
 }
@@ -134,7 +134,7 @@ static void the_front_is_what_nothing_beats(void **state)
     static report r;
     static front_row rows[FRONT_MAX];
     (void)state;
-    r.options = (report_options){ .path_count = 2, .paths = { 4, 1 }, .size_count = 1, .sizes = { { 64, 64 } } };
+    r.options = (report_options){ .path_count = 2, .paths = { { 4, false }, { 1, false } }, .size_count = 1, .sizes = { { 64, 64 } } };
     add_to_front(&r, "a", "balanced", "diffuse", 4, 0.1);
     add_to_front(&r, "b", "balanced", "diffuse", 9, 0.4);
     add_to_front(&r, "a", "balanced", "final", 100, 100); /* contains the others */
@@ -211,7 +211,7 @@ static void half_written_and_other_groups_are_measured_again(void **state)
     assert_int_equal(run_tiny(""), 0);
 }
 
-/* The value of a column in the row of a denoiser, or of the noisy input of a signal. */
+/* The value of a column in the row of a denoiser, or of the noisy input of a signal. paths: "number,is a checkerboard". */
 static double cell_of(const char *scene, const char *paths, const char *row, const char *column)
 {
     char key[256];
@@ -240,11 +240,28 @@ static void occlusion_and_coloured_shadows_are_scored(void **state)
     snprintf(arguments, sizeof arguments, "%s/out --scenes interior,glass --denoisers reblur_diffuse_occlusion,reblur_specular_occlusion,sigma_shadow_translucency"
              " --presets balanced --paths 0.5,2 --sizes 64x36 --ref 32 --frames 6,2,0 --pairs 1 --repeats 1", folder);
     assert_int_equal(run(arguments), 0);
-    check_signal("interior", "0.5", "reblur_diffuse_occlusion", "ao");
-    check_signal("interior", "0.5", "reblur_specular_occlusion", "specular_ao");
-    check_signal("glass", "0.5", "sigma_shadow_translucency", "translucency");
+    check_signal("interior", "0.5,0", "reblur_diffuse_occlusion", "ao");
+    check_signal("interior", "0.5,0", "reblur_specular_occlusion", "specular_ao");
+    check_signal("glass", "0.5,0", "sigma_shadow_translucency", "translucency");
     assert_int_equal(count(load("out/report.csv"), "\",glass,"), 4);
-    assert_int_equal(count(text, ",64,36,2,"), 0); /* several paths have no mean occlusion in a capture */
+    assert_int_equal(count(text, ",64,36,2,0,"), 0); /* several paths have no mean occlusion in a capture */
+    assert_int_equal(run_tiny(""), 0);
+}
+
+/* Denoisers take the half-wide inputs; those with directions take none, and are left out. */
+static void checkerboards_are_denoised_as_such(void **state)
+{
+    char arguments[512];
+    (void)state;
+    snprintf(arguments, sizeof arguments, "%s/out --scenes interior --denoisers reblur_diffuse,reblur_specular_occlusion,reblur_diffuse_sh,reference"
+             " --presets balanced --paths 0.5c,0.25c --sizes 64x36 --ref 32 --frames 6,2,0 --pairs 1 --repeats 1", folder);
+    assert_int_equal(run(arguments), 0);
+    check_signal("interior", "0.5,1", "reblur_diffuse", "diffuse");
+    check_signal("interior", "0.5,1", "reblur_specular_occlusion", "specular_ao");
+    check_signal("interior", "0.25,1", "reblur_diffuse", "diffuse");
+    assert_int_equal(count(load("out/report.csv"), "reblur_diffuse_sh"), 0);
+    assert_int_equal(count(text, "denoiser,reference,"), 4);
+    assert_true(cell_of("interior", "0.25,1", "more paths,reblur_diffuse,", "paths_traced") > 0.25);
     assert_int_equal(run_tiny(""), 0);
 }
 
@@ -253,6 +270,7 @@ static void misuse_is_named(void **state)
     static const struct { const char *arguments, *message; } cases[] = {
         { "x --scenes nowhere", "--scenes: 'nowhere' is no scene" },
         { "x --paths 1.5", "--paths: '1.5' is not in [0.05, 1]" },
+        { "x --paths 1c", "--paths: '1c' is not in [0.05, 1] (with c: [0.05, 0.5])" },
         { "x --sizes 8x8", "--sizes: '8x8' is not WxH" },
         { "x --frames 1,1,1", "--frames: '1,1,1' is not M,R,L" },
         { "x --denoisers none", "--denoisers: 'none' is no denoiser" },
@@ -536,6 +554,7 @@ int main(void)
         cmocka_unit_test(what_was_tuned_is_shown),
         cmocka_unit_test(half_written_and_other_groups_are_measured_again),
         cmocka_unit_test(occlusion_and_coloured_shadows_are_scored),
+        cmocka_unit_test(checkerboards_are_denoised_as_such),
         cmocka_unit_test(misuse_is_named),
         cmocka_unit_test(the_page_needs_no_network),
         cmocka_unit_test(the_page_works_in_a_browser),

@@ -1,5 +1,6 @@
 #include "common/metrics.h"
 
+#include "common/convolve.h"
 #include "common/metrics_guides.h"
 
 #include <math.h>
@@ -48,33 +49,19 @@ double metrics_tone(double linear, const metrics_scale *scale)
 
 /* ---- structural similarity ---- */
 
-/* One direction of the window over rows * columns values; neighbours in that direction are `step` values apart. */
-static void blur_lines(const double *in, double *out, int lines, int line_step, int length, int step)
-{
-    double window[2 * SSIM_RADIUS + 1], sum = 0;
-    for (int i = -SSIM_RADIUS; i <= SSIM_RADIUS; i++)
-        sum += window[i + SSIM_RADIUS] = exp(-i * i / (2 * SSIM_SIGMA * SSIM_SIGMA));
-    for (int line = 0; line < lines; line++) {
-        size_t start = (size_t)line * (size_t)line_step;
-        for (int x = 0; x < length; x++) {
-            double value = 0;
-            for (int i = -SSIM_RADIUS; i <= SSIM_RADIUS; i++) {
-                int tap = x + i < 0 ? 0 : x + i >= length ? length - 1 : x + i;
-                value += window[i + SSIM_RADIUS] * in[start + (size_t)tap * (size_t)step];
-            }
-            out[start + (size_t)x * (size_t)step] = value / sum;
-        }
-    }
-}
-
 /* The windowed mean of a * b. */
 static void windowed_mean(const double *a, const double *b, int width, int height, double *scratch, double *out)
 {
     size_t count = (size_t)width * (size_t)height;
+    double window[2 * SSIM_RADIUS + 1], sum = 0;
+    for (int i = -SSIM_RADIUS; i <= SSIM_RADIUS; i++)
+        sum += window[i + SSIM_RADIUS] = exp(-i * i / (2 * SSIM_SIGMA * SSIM_SIGMA));
+    for (int i = 0; i <= 2 * SSIM_RADIUS; i++)
+        window[i] /= sum;
     for (size_t i = 0; i < count; i++)
         out[i] = b ? a[i] * b[i] : a[i];
-    blur_lines(out, scratch, height, width, width, 1);
-    blur_lines(scratch, out, width, 1, height, width);
+    convolve_rows(out, scratch, width, height, window, SSIM_RADIUS);
+    convolve_columns(scratch, out, width, height, window, SSIM_RADIUS);
 }
 
 static double similarity(double mean_a, double mean_b, double aa, double bb, double ab)

@@ -1,5 +1,7 @@
 #include "common/metrics_flip.h"
 
+#include "common/convolve.h"
+
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -101,17 +103,10 @@ static double map_distance(double distance, double largest)
 
 static void convolve(const workspace *w, const double *in, double *out, bool across, const double *kernel, int radius)
 {
-    for (int y = 0; y < w->height; y++)
-        for (int x = 0; x < w->width; x++) {
-            double sum = 0;
-            for (int i = -radius; i <= radius; i++) {
-                int tx = across ? x + i : x, ty = across ? y : y + i;
-                tx = tx < 0 ? 0 : tx >= w->width ? w->width - 1 : tx;
-                ty = ty < 0 ? 0 : ty >= w->height ? w->height - 1 : ty;
-                sum += kernel[i + radius] * in[(size_t)ty * (size_t)w->width + (size_t)tx];
-            }
-            out[(size_t)y * (size_t)w->width + (size_t)x] = sum;
-        }
+    if (across)
+        convolve_rows(in, out, w->width, w->height, kernel, radius);
+    else
+        convolve_columns(in, out, w->width, w->height, kernel, radius);
 }
 
 /* Contrast sensitivity of one opponent channel: a sum of two Gaussians a sqrt(pi / b) exp(-pi^2 x^2 / b), x in degrees. */

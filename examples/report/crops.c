@@ -12,7 +12,7 @@
 
 bool crops_wanted(const report_options *o, const report_group *group)
 {
-    return group->paths == report_usual_paths(o) && group->size.width == o->sizes[0].width && group->size.height == o->sizes[0].height;
+    return report_same_paths(group->paths, report_usual_paths(o)) && group->size.width == o->sizes[0].width && group->size.height == o->sizes[0].height;
 }
 
 void crops_path(const report_options *o, const char *scene, const char *denoiser, const char *signal, const char *kind, char *path, size_t size)

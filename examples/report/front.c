@@ -8,7 +8,7 @@
 static bool counts(const report *r, const report_row *row)
 {
     const report_size *first = &r->options.sizes[0];
-    return !strcmp(row->kind, REPORT_KIND_DENOISER) && strcmp(row->signal, "final") != 0 && row->paths == report_usual_paths(&r->options)
+    return !strcmp(row->kind, REPORT_KIND_DENOISER) && strcmp(row->signal, "final") != 0 && report_same_paths(row->paths, report_usual_paths(&r->options))
         && row->width == first->width && row->height == first->height && row->values[REPORT_ms] > 0 && row->values[REPORT_motion_trimmed] > 0;
 }
 
@@ -71,7 +71,7 @@ void front_print(const report *r)
 {
     static front_row rows[FRONT_MAX];
     int count = front_find(r, rows);
-    printf("\nfront of error against time, means over scenes and signals, %g paths per pixel\n%-52s %9s %9s\n", report_usual_paths(&r->options), "", "ms", "relMSE");
+    printf("\nfront of error against time, means over scenes and signals, %g paths per pixel\n%-52s %9s %9s\n", report_usual_paths(&r->options).count, "", "ms", "relMSE");
     for (int i = 0; i < count; i++) {
         char label[2 * REPORT_NAME + 2];
         snprintf(label, sizeof label, "%.63s %.63s", rows[i].denoiser, rows[i].preset);

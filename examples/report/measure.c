@@ -34,80 +34,97 @@ typedef struct measurement {
     sequence *clock;       /* that on which times are taken */
     baseline base, rival;  /* on seq and on clock */
     method methods[REPORT_MAX_METHODS];
-    int method_count;
+    int method_count, open_count;
     track *tracks;
     int track_count;
     truth truths[SIGNAL_COUNT];
     bool wanted[SIGNAL_COUNT];
     capture first, timed, then, now;
+    capture steady; /* the planes of `timed` */
     int frame;
     double trace_ms, path_ms;
 } measurement;
 
 /* ---- methods ---- */
 
-static bool open_method(measurement *m, const method *described, signal_id signal)
+static bool add_method(measurement *m, const method *described, signal_id signal)
 {
     if (m->method_count == REPORT_MAX_METHODS)
         return report_fail(m->r, "more than %d denoisers with presets", REPORT_MAX_METHODS);
-    method *added = &m->methods[m->method_count++];
-    *added = *described;
-    added->desc.reference_signal = signal;
-    return method_open(m->r, added, &m->first);
+    m->methods[m->method_count] = *described;
+    m->methods[m->method_count++].desc.reference_signal = signal;
+    return true;
 }
 
-/* What the scene, and the number of paths, say something about. */
+/* What the scene, and the number of paths, say something about: shadows have one ray, whatever the number of paths. */
 static bool is_wanted(const measurement *m, const method *described)
 {
     const report_group *group = &m->seq.group;
+    bool shadows = method_takes_shadows(described, &m->first), usual = report_same_paths(group->paths, report_usual_paths(&m->r->options));
     if (group->scene->for_shadows && !method_takes_any_signal(described, &m->first))
-        return method_takes_shadows(described, &m->first);
-    return group->paths <= 1 || !method_takes_one_path(described, &m->first);
+        return shadows;
+    return (usual || !shadows) && (group->paths.count <= 1 || !method_takes_one_path(described, &m->first));
 }
 
 /* Those that average any signal do so for all that others write, once these are known. */
-static bool open_described(measurement *m, const method *described, bool any_signal_round)
+static bool add_described(measurement *m, method *described, bool any_signal_round)
 {
     bool any = method_takes_any_signal(described, &m->first), nothing_wanted = true;
     char reason[REPORT_ERROR];
     if (any != any_signal_round || !is_wanted(m, described))
+        return true;
+    if (m->seq.group.paths.checkerboard && !method_take_checkerboard(described, &m->first))
         return true;
     if (!method_fits(described, &m->first, reason, sizeof reason)) {
         if (described->is_default)
             fprintf(stderr, "%s: without %s: %s\n", m->seq.group.scene->name, nrd_denoiser_name(described->denoiser), reason);
         return true;
     }
-    if (!any) {
-        if (!open_method(m, described, SIGNAL_DIFFUSE))
-            return false;
-        for (int s = 0; s < SIGNAL_COUNT; s++)
-            m->wanted[s] |= m->methods[m->method_count - 1].writes[s];
-        return true;
-    }
+    if (!any)
+        return add_method(m, described, SIGNAL_DIFFUSE);
     for (int s = 0; s < SIGNAL_COUNT; s++)
         nothing_wanted &= !m->wanted[s];
     m->wanted[SIGNAL_DIFFUSE] |= nothing_wanted;
     for (int s = 0; s < SIGNAL_COUNT; s++)
-        if (m->wanted[s] && s != SIGNAL_FINAL && !open_method(m, described, (signal_id)s))
+        if (m->wanted[s] && s != SIGNAL_FINAL && !add_method(m, described, (signal_id)s))
             return false;
     return true;
 }
 
-static bool open_methods(measurement *m)
+static bool add_methods(measurement *m, bool any_signal_round)
 {
     const report_options *o = &m->r->options;
-    for (int round = 0; round < 2; round++)
-        for (uint32_t d = 0; d < o->denoiser_count; d++)
-            for (uint32_t p = 0; p < o->preset_count + o->variant_count; p++) {
-                method described;
-                const report_variant *variant = p < o->preset_count ? NULL : &o->variants[p - o->preset_count];
-                if (!method_describe(m->r, o->denoisers[d], variant ? NRD_PRESET_BALANCED : o->presets[p], variant, &described))
-                    return false;
-                /* a preset that changes nothing is the balanced one */
-                if ((described.setting_count || described.is_default) && !open_described(m, &described, round == 1))
-                    return false;
-            }
+    for (uint32_t d = 0; d < o->denoiser_count; d++)
+        for (uint32_t p = 0; p < o->preset_count + o->variant_count; p++) {
+            method described;
+            const report_variant *variant = p < o->preset_count ? NULL : &o->variants[p - o->preset_count];
+            if (!method_describe(m->r, o->denoisers[d], variant ? NRD_PRESET_BALANCED : o->presets[p], variant, &described))
+                return false;
+            /* a preset that changes nothing is the balanced one */
+            if ((described.setting_count || described.is_default) && !add_described(m, &described, any_signal_round))
+                return false;
+        }
     return true;
+}
+
+static bool open_one(void *user, int i)
+{
+    measurement *m = user;
+    return m->methods[m->open_count + i].d || method_open(m->r, &m->methods[m->open_count + i], &m->first);
+}
+
+static bool open_added(measurement *m)
+{
+    bool ok = parallel_each(m->method_count - m->open_count, open_one, m);
+    for (; ok && m->open_count < m->method_count; m->open_count++)
+        for (int s = 0; s < SIGNAL_COUNT; s++)
+            m->wanted[s] |= m->methods[m->open_count].writes[s];
+    return ok;
+}
+
+static bool open_methods(measurement *m)
+{
+    return add_methods(m, false) && open_added(m) && add_methods(m, true) && open_added(m);
 }
 
 static bool open_copier(measurement *m, copier *c)
@@ -118,19 +135,22 @@ static bool open_copier(measurement *m, copier *c)
     return copier_open(c, m->rival.g, most) || report_fail(m->r, "%s", gpu_error(m->rival.g));
 }
 
+static bool start_clock(void *user, int i)
+{
+    measurement *m = user;
+    return method_time_start(m->r, &m->methods[i], &m->steady);
+}
+
 /* In turn, so that what slows the device down for a while slows all of them, and the copies that they are compared with. */
 static bool time_methods(measurement *m)
 {
-    capture steady = m->timed;
     copier copies = { 0 };
-    bool ok = true;
-    steady.cut = 0; /* in the middle of a shot: a cut would empty the history */
-    for (int i = 0; i < m->method_count && ok; i++)
-        ok = method_time_start(m->r, &m->methods[i], &steady);
-    ok = ok && open_copier(m, &copies);
+    m->steady = m->timed;
+    m->steady.cut = 0; /* in the middle of a shot: a cut would empty the history */
+    bool ok = parallel_each(m->method_count, start_clock, m) && open_copier(m, &copies);
     for (int round = 0; round < WARM_UP + m->r->options.repeats && ok; round++)
         for (int i = 0; i < m->method_count && ok; i++)
-            ok = method_time_once(m->r, &m->methods[i], &steady, &copies, round >= WARM_UP);
+            ok = method_time_once(m->r, &m->methods[i], &m->steady, &copies, round >= WARM_UP);
     for (int i = 0; i < m->method_count && ok; i++)
         method_time_end(&m->methods[i]);
     copier_close(&copies);
@@ -150,7 +170,7 @@ static track *add_track(measurement *m, track_kind kind, int method, signal_id s
     t->kind = kind;
     t->method = method;
     t->signal = signal;
-    t->paths = signal == SIGNAL_SHADOW || signal == SIGNAL_TRANSLUCENCY ? 1 : m->seq.group.paths; /* shadows: one ray per pixel */
+    t->paths = signal == SIGNAL_SHADOW || signal == SIGNAL_TRANSLUCENCY ? 1 : m->seq.group.paths.count; /* shadows: one ray per pixel */
     score_start(&t->score);
     return t;
 }
@@ -204,31 +224,44 @@ static bool add_tracks(measurement *m)
 
 /* ---- pictures of one frame ---- */
 
-static bool take_denoised(measurement *m, int index, bool crops)
+/* The pictures of a method, where the frame has a reference; elsewhere it only goes on. */
+static bool take_denoised(void *user, int index)
 {
+    measurement *m = user;
+    bool wanted = sequence_has_reference(&m->r->options, m->frame);
     capture out;
-    bool ok = method_frame(m->r, &m->methods[index], &m->now, &out);
-    for (int i = 0; i < m->track_count && ok; i++) {
+    bool ok = method_frame(m->r, &m->methods[index], &m->now, wanted ? &out : NULL);
+    for (int i = 0; i < m->track_count && ok && wanted; i++) {
         track *t = &m->tracks[i];
-        if (t->kind != TRACK_DENOISER || t->method != index)
-            continue;
-        if (!signal_get(&m->now, &out, t->signal, SOURCE_DENOISED, &t->picture))
+        if (t->kind == TRACK_DENOISER && t->method == index && !signal_get(&m->now, &out, t->signal, SOURCE_DENOISED, &t->picture))
             ok = report_fail(m->r, "out of memory");
-        if (ok && crops && m->methods[index].is_default)
-            ok = crops_write(m->r, &m->seq.group, nrd_denoiser_name(m->methods[index].denoiser), &m->truths[t->signal], &m->now, &t->picture);
     }
-    capture_destroy(&out);
+    if (wanted)
+        capture_destroy(&out);
     return ok;
 }
 
-/* Below one path per pixel the others hold no occlusion, and those that hold some count for them, as in radiance. */
+static bool write_crops(measurement *m)
+{
+    bool ok = true;
+    for (int i = 0; i < m->track_count && ok; i++) {
+        const track *t = &m->tracks[i];
+        const method *method = t->method >= 0 ? &m->methods[t->method] : NULL;
+        if (t->kind == TRACK_DENOISER && method->is_default)
+            ok = crops_write(m->r, &m->seq.group, nrd_denoiser_name(method->denoiser), &m->truths[t->signal], &m->now, &t->picture);
+    }
+    return ok;
+}
+
+/* Where not all pixels are sampled the others hold no occlusion, and those that hold some count for them, as in radiance. */
 static bool take_noisy(measurement *m, signal_id signal, image *out)
 {
     if (!signal_get(&m->now, NULL, signal, SOURCE_NOISY, out))
         return report_fail(m->r, "out of memory");
-    bool thin = m->seq.group.paths < 1 && (signal == SIGNAL_AO || signal == SIGNAL_SPECULAR_AO);
+    double share = sequence_share(&m->seq.group);
+    bool thin = share < 1 && (signal == SIGNAL_AO || signal == SIGNAL_SPECULAR_AO);
     for (size_t i = 0; thin && i < image_pixels(out); i++)
-        out->planes[0][i] /= (float)m->seq.group.paths;
+        out->planes[0][i] /= (float)share;
     return true;
 }
 
@@ -315,16 +348,24 @@ static bool take_paths(measurement *m, int frame)
 
 /* ---- one frame ---- */
 
+/* A filter has no history: after the light step there is nothing to see of it. */
+static bool is_input_wanted(const measurement *m, const track *t, int frame)
+{
+    return t->kind == TRACK_NOISY || (t->kind == TRACK_SPATIAL && sequence_phase_of(&m->r->options, frame) != PHASE_STEP);
+}
+
 static bool take_pictures(measurement *m, int frame)
 {
     const report_options *o = &m->r->options;
-    bool ok = true;
-    for (int i = 0; i < m->method_count && ok; i++)
-        ok = take_denoised(m, i, frame == o->moving - 1 && crops_wanted(o, &m->seq.group));
+    bool ok = parallel_each(m->method_count, take_denoised, m);
+    if (!ok || !sequence_has_reference(o, frame))
+        return ok;
+    if (frame == o->moving - 1 && crops_wanted(o, &m->seq.group))
+        ok = write_crops(m);
     for (int i = 0; i < m->track_count && ok; i++)
-        if (m->tracks[i].kind == TRACK_NOISY || m->tracks[i].kind == TRACK_SPATIAL)
+        if (is_input_wanted(m, &m->tracks[i], frame))
             ok = take_input(m, &m->tracks[i]);
-    return ok && (frame >= o->moving || !sequence_has_reference(o, frame) || take_paths(m, frame));
+    return ok && (frame >= o->moving || take_paths(m, frame));
 }
 
 static bool score_track(void *user, int i)
@@ -456,7 +497,7 @@ static bool open_clock(measurement *m, const report_group *group)
     if (m->clock == &m->large && !sequence_open(&m->large, m->r, &timed, false))
         return false;
     if (!sequence_trace_ms(m->clock, 1, &one) || !sequence_trace_ms(m->clock, 3, &three)
-        || !sequence_trace_ms(m->clock, group->paths < 1 ? 1 : (int)group->paths, &m->trace_ms))
+        || !sequence_trace_ms(m->clock, group->paths.count < 1 ? 1 : (int)group->paths.count, &m->trace_ms))
         return false;
     if (!(one > 0))
         return report_fail(m->r, "the device has no timestamps");

@@ -106,6 +106,20 @@ bool method_takes_one_path(const method *m, const capture *first)
         || takes(m, first, NRD_RESOURCE_IN_DIFF_DIRECTION_HITDIST);
 }
 
+bool method_take_checkerboard(method *m, const capture *first)
+{
+    static const nrd_resource halved[] = { NRD_RESOURCE_IN_DIFF_RADIANCE_HITDIST, NRD_RESOURCE_IN_SPEC_RADIANCE_HITDIST, NRD_RESOURCE_IN_DIFF_HITDIST,
+                                           NRD_RESOURCE_IN_SPEC_HITDIST, NRD_RESOURCE_IN_DIFF_DIRECTION_HITDIST };
+    bool any = method_takes_any_signal(m, first);
+    for (size_t i = 0; i < sizeof halved / sizeof *halved && !any; i++)
+        any = takes(m, first, halved[i]);
+    if (any && !method_takes_any_signal(m, first) && m->setting_count + 2 <= METHOD_MAX_SETTINGS) {
+        m->settings[m->setting_count++] = (setting_value){ "diffuse_checkerboard", true, m->denoiser, 1 };
+        m->settings[m->setting_count++] = (setting_value){ "specular_checkerboard", true, m->denoiser, 2 };
+    }
+    return any;
+}
+
 bool method_fits(const method *m, const capture *first, char *reason, size_t reason_size)
 {
     method copy = *m;
@@ -257,6 +271,7 @@ static void close_clock(method *m)
 
 void method_time_end(method *m)
 {
+    m->index = 0; /* the colours of a checkerboard alternate with the number of the frame */
     timings *t = m->timings;
     m->ms = quartiles(t->totals, t->count, &m->low, &m->high);
     for (int i = 0; i < m->pass_count; i++)

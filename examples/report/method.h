@@ -34,6 +34,10 @@ bool method_describe(report *r, nrd_denoiser denoiser, nrd_preset preset, const 
 /* Does the denoiser average whatever it is given? Then it runs once for each signal. */
 bool method_takes_any_signal(const method *m, const capture *first);
 
+/* Sets the denoiser to inputs that are checkerboards, the diffuse lobe on the black pixels, the specular one on the white. False where
+   it takes none; one that averages any signal takes the filled-up picture as it is. */
+bool method_take_checkerboard(method *m, const capture *first);
+
 /* Does the scene have what the denoiser needs, a sun for instance? If not, `reason` says what is missing. */
 bool method_fits(const method *m, const capture *first, char *reason, size_t reason_size);
 

@@ -26,7 +26,7 @@ static void label_of(const report_row *row, char *text, size_t size)
 
 static bool same_heading(const report_row *a, const report_row *b)
 {
-    return !strcmp(a->scene, b->scene) && a->width == b->width && a->height == b->height && a->paths == b->paths;
+    return !strcmp(a->scene, b->scene) && a->width == b->width && a->height == b->height && report_same_paths(a->paths, b->paths);
 }
 
 void print_table(const report *r)
@@ -41,8 +41,8 @@ void print_table(const report *r)
         const report_row *row = &r->rows.rows[i];
         char label[3 * REPORT_NAME];
         if (i == 0 || !same_heading(row, row - 1)) {
-            printf("\n%s %dx%d, %g paths per pixel, times at %dx%d, traced in %.3g ms\n%-52s %-12s", row->scene, row->width, row->height, row->paths, row->time_width,
-                   row->time_height, row->values[REPORT_trace_ms], "", "signal");
+            printf("\n%s %dx%d, %g paths per pixel%s, times at %dx%d, traced in %.3g ms\n%-52s %-12s", row->scene, row->width, row->height, row->paths.count,
+                   row->paths.checkerboard ? " (checkerboard)" : "", row->time_width, row->time_height, row->values[REPORT_trace_ms], "", "signal");
             for (size_t k = 0; k < sizeof names / sizeof *names; k++)
                 printf(" %9s", names[k]);
             printf("\n");
@@ -85,13 +85,14 @@ bool print_csv(report *r)
     FILE *file = output_open(r, "report.csv", path, sizeof path);
     if (!file)
         return false;
-    fprintf(file, "device,scene,width,height,time_width,time_height,paths,kind,denoiser,preset,signal");
+    fprintf(file, "device,scene,width,height,time_width,time_height,paths,checkerboard,kind,denoiser,preset,signal");
     for (int k = 0; k < REPORT_COLUMN_COUNT; k++)
         fprintf(file, ",%s", report_columns[k].name);
     fprintf(file, "\n");
     for (int i = 0; i < r->rows.count; i++) {
         const report_row *row = &r->rows.rows[i];
-        fprintf(file, "\"%s\",%s,%d,%d,%d,%d,%g,", r->device, row->scene, row->width, row->height, row->time_width, row->time_height, row->paths);
+        fprintf(file, "\"%s\",%s,%d,%d,%d,%d,%g,%d,", r->device, row->scene, row->width, row->height, row->time_width, row->time_height, row->paths.count,
+                row->paths.checkerboard);
         fprintf(file, "%s,%s,%s,%s", row->kind, row->method, row->preset, row->signal);
         for (int k = 0; k < REPORT_COLUMN_COUNT; k++)
             if (isnan(row->values[k]))
@@ -144,7 +145,8 @@ static void put_row(FILE *file, const report_row *row)
     const struct { const char *name, *value; } names[] = {
         { "scene", row->scene }, { "kind", row->kind }, { "denoiser", row->method }, { "preset", row->preset }, { "signal", row->signal },
     };
-    fprintf(file, "{\"width\":%d,\"height\":%d,\"time_width\":%d,\"time_height\":%d,\"paths\":%g", row->width, row->height, row->time_width, row->time_height, row->paths);
+    fprintf(file, "{\"width\":%d,\"height\":%d,\"time_width\":%d,\"time_height\":%d,\"paths\":%g,\"checkerboard\":%s", row->width, row->height, row->time_width,
+            row->time_height, row->paths.count, row->paths.checkerboard ? "true" : "false");
     for (size_t i = 0; i < sizeof names / sizeof *names; i++) {
         fprintf(file, ",\"%s\":", names[i].name);
         put_string(file, names[i].value);

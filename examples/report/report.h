@@ -27,6 +27,10 @@ typedef struct report_variant {
 
 typedef struct report_size { int width, height; } report_size;
 
+/* Paths per pixel and lobe; below 1: in that share of the pixels, chosen by chance in every frame; or, as a checkerboard, in every
+   other pixel of a lobe, which turns every frame, and of those in as many as make up the share. */
+typedef struct report_paths { double count; bool checkerboard; } report_paths;
+
 typedef struct report_options {
     const scene_def *scenes[REPORT_MAX_SCENES];
     int scene_count;
@@ -39,7 +43,7 @@ typedef struct report_options {
     report_size sizes[REPORT_MAX_SIZES]; /* at which errors are measured */
     int size_count;
     report_size time_size;          /* at which times are measured; 0: at that of the errors */
-    double paths[REPORT_MAX_PATHS]; /* per pixel and lobe; below 1: that share of the pixels, chosen by chance in every frame */
+    report_paths paths[REPORT_MAX_PATHS];
     int path_count;
     int moving, still, stepped;     /* frames in motion, at rest, and after the light step */
     int pairs;                      /* of frames in motion that have a reference */
@@ -107,7 +111,7 @@ typedef struct report_pass { char name[REPORT_NAME]; double ms, low, high; } rep
 typedef struct report_row {
     char scene[REPORT_NAME], kind[REPORT_NAME], method[REPORT_NAME], preset[REPORT_NAME], signal[REPORT_NAME];
     int width, height, time_width, time_height;
-    double paths;
+    report_paths paths;
     double values[REPORT_COLUMN_COUNT];
     report_pass passes[REPORT_MAX_PASSES];
     int pass_count;
@@ -132,13 +136,14 @@ typedef struct report {
 bool report_fail(report *r, const char *format, ...);
 
 /* Of the paths per pixel that are asked for, the number nearest to 1. */
-double report_usual_paths(const report_options *o);
+report_paths report_usual_paths(const report_options *o);
+bool report_same_paths(report_paths a, report_paths b);
 
 /* A row of NaNs at the end; NULL when memory is short. Pointers to other rows become invalid. */
 report_row *rows_add(report_rows *rows);
 
 /* A group of rows (scene, size, paths) that is measured as one. Its file exists only when it is complete. */
-typedef struct report_group { const scene_def *scene; report_size size; double paths; } report_group;
+typedef struct report_group { const scene_def *scene; report_size size; report_paths paths; } report_group;
 bool rows_load(report *r, const report_group *group); /* false: not there, or measured with other options */
 bool rows_save(report *r, const report_group *group, int first);
 

@@ -27,13 +27,18 @@ bool report_fail(report *r, const char *format, ...)
     return false;
 }
 
-double report_usual_paths(const report_options *o)
+report_paths report_usual_paths(const report_options *o)
 {
-    double nearest = o->paths[0];
+    report_paths nearest = o->paths[0];
     for (int i = 1; i < o->path_count; i++)
-        if (fabs(log(o->paths[i])) < fabs(log(nearest)))
+        if (fabs(log(o->paths[i].count)) < fabs(log(nearest.count)))
             nearest = o->paths[i];
     return nearest;
+}
+
+bool report_same_paths(report_paths a, report_paths b)
+{
+    return a.count == b.count && a.checkerboard == b.checkerboard;
 }
 
 report_row *rows_add(report_rows *rows)
@@ -58,7 +63,8 @@ report_row *rows_add(report_rows *rows)
 
 static void group_path(const report *r, const report_group *group, char *path, size_t size)
 {
-    snprintf(path, size, "%s/parts/%s_%dx%d_%g.txt", r->options.folder, group->scene->name, group->size.width, group->size.height, group->paths);
+    snprintf(path, size, "%s/parts/%s_%dx%d_%g%s.txt", r->options.folder, group->scene->name, group->size.width, group->size.height, group->paths.count,
+             group->paths.checkerboard ? "c" : "");
 }
 
 /* What rows depend on beside the group: a file with another line is not ours. */
@@ -80,7 +86,7 @@ static void describe_options(const report_options *o, char *text, size_t size)
 static void write_row(FILE *file, const report_row *row)
 {
     fprintf(file, "row %s\nkind %s\nmethod %s\npreset %s\nsignal %s\n", row->scene, row->kind, row->method, row->preset, row->signal);
-    fprintf(file, "size %d %d %d %d %.17g\n", row->width, row->height, row->time_width, row->time_height, row->paths);
+    fprintf(file, "size %d %d %d %d %.17g %d\n", row->width, row->height, row->time_width, row->time_height, row->paths.count, row->paths.checkerboard);
     for (int i = 0; i < REPORT_COLUMN_COUNT; i++)
         if (!isnan(row->values[i]))
             fprintf(file, "%s %.17g\n", report_columns[i].name, row->values[i]);
@@ -129,7 +135,10 @@ static bool take_pass(report_row *row, const char *value)
 
 static bool take_size(report_row *row, const char *value)
 {
-    return sscanf(value, "%d %d %d %d %lf", &row->width, &row->height, &row->time_width, &row->time_height, &row->paths) == 5;
+    int checkerboard;
+    bool ok = sscanf(value, "%d %d %d %d %lf %d", &row->width, &row->height, &row->time_width, &row->time_height, &row->paths.count, &checkerboard) == 6;
+    row->paths.checkerboard = ok && checkerboard;
+    return ok;
 }
 
 static bool take_value(report_row *row, const char *word, const char *value)

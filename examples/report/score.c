@@ -106,9 +106,14 @@ static bool add_motion(score *s, const truth *t, const capture *then, const capt
     return true;
 }
 
+static bool is_settled(const report_options *o, int frame)
+{
+    return frame >= o->moving + o->still / 2;
+}
+
 static bool add_rest(score *s, const truth *t, const report_options *o, int frame, const image *m, const metrics *errors)
 {
-    if (frame < o->moving + o->still / 2)
+    if (!is_settled(o, frame))
         return true;
     metrics_add(&s->rest, errors);
     return frame < o->moving + o->still - 1 || metrics_flip(m, &t->reference, t->mask, &t->scale, &s->rest_flip);
@@ -130,7 +135,8 @@ static bool add_errors(score *s, const truth *t, const report_options *o, int fr
     metrics errors;
     if (!t->reference.channels)
         return true;
-    if (!metrics_compare(m, &t->reference, t->mask, &t->scale, &errors))
+    bool only_curve = phase == PHASE_STEP || (phase == PHASE_REST && !is_settled(o, frame));
+    if (only_curve ? !metrics_relative(m, &t->reference, t->mask, &errors) : !metrics_compare(m, &t->reference, t->mask, &t->scale, &errors))
         return false;
     s->curve[frame] = errors.rel_mse_trimmed;
     if (phase == PHASE_STEP) {

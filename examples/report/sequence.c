@@ -2,6 +2,7 @@
 #include "report/sequence.h"
 
 #include "common/cli.h"
+#include "common/pack.h"
 #include "report/statistics.h"
 #include "scenes/scenes.h"
 #include "tracer/tracer_capture.h"
@@ -96,7 +97,7 @@ static bool pose(sequence *s, int frame)
     s->posed.frame.frame_index = (uint32_t)frame;
     s->posed.frame.seed = 0;
     s->posed.frame.bounces = 3;
-    s->posed.frame.paths = s->group.paths < 1 ? 1 : (uint32_t)s->group.paths;
+    s->posed.frame.paths = s->group.paths.count < 1 ? 1 : (uint32_t)s->group.paths.count;
     s->posed.frame.direct_mis = s->scene.def->small_lights;
     return true;
 }
@@ -242,18 +243,53 @@ static uint32_t hash(uint32_t x)
     return x ^ (x >> 16);
 }
 
+double sequence_share(const report_group *group)
+{
+    double share = group->paths.checkerboard ? 2 * group->paths.count : group->paths.count;
+    return share < 1 ? share : 1;
+}
+
 /* Keeps a share of the samples of one lobe, brighter by what is left out: those left out have no light and hit distance 0,
    which says that the lobe was not sampled. */
 static void leave_out(sequence *s, uint32_t radiance, uint32_t hit, int frame)
 {
     size_t texels = texels_of(s);
-    uint32_t limit = (uint32_t)(s->group.paths * 4294967295.0);
+    double share = sequence_share(&s->group);
+    uint32_t limit = (uint32_t)(share * 4294967295.0);
     for (size_t i = 0; i < texels; i++) {
         bool kept = hash((uint32_t)i + hash((uint32_t)frame * 2 + (hit & 1u))) < limit;
         for (uint32_t k = 0; k < 3; k++)
-            s->planes[(radiance + k) * texels + i] *= kept ? (float)(1 / s->group.paths) : 0.0f;
+            s->planes[(radiance + k) * texels + i] *= kept ? (float)(1 / share) : 0.0f;
         if (!kept)
             s->planes[hit * texels + i] = 0;
+    }
+}
+
+/* Pixels of the other colour show what their neighbour in the same pair has: what a picture without a denoiser would. */
+static void fill_checkerboard(sequence *s, uint32_t first, uint32_t count, uint32_t color, int frame)
+{
+    size_t texels = texels_of(s);
+    uint32_t width = (uint32_t)s->group.size.width;
+    for (size_t i = 0; i < texels; i++) {
+        uint32_t x = (uint32_t)(i % width), y = (uint32_t)(i / width), traced = pack_checkerboard_x(x / 2, y, (uint32_t)frame, color);
+        for (uint32_t k = first; k < first + count && traced < width; k++)
+            s->planes[k * texels + i] = s->planes[k * texels + i - x + traced];
+    }
+}
+
+/* The diffuse lobe on the black pixels, the specular one on the white: see method_take_checkerboard. */
+static void thin_out(sequence *s, int frame)
+{
+    if (sequence_share(&s->group) < 1) {
+        leave_out(s, PT_PLANE_DIFFUSE, PT_PLANE_DIFFUSE_HIT, frame);
+        leave_out(s, PT_PLANE_SPECULAR, PT_PLANE_SPECULAR_HIT, frame);
+    }
+    if (!s->group.paths.checkerboard)
+        return;
+    for (uint32_t k = 0; k < 2; k++) {
+        fill_checkerboard(s, k ? PT_PLANE_SPECULAR : PT_PLANE_DIFFUSE, 3, k, frame);
+        fill_checkerboard(s, k ? PT_PLANE_SPECULAR_HIT : PT_PLANE_DIFFUSE_HIT, 1, k, frame);
+        fill_checkerboard(s, k ? PT_PLANE_SPECULAR_DIR : PT_PLANE_DIFFUSE_DIR, 3, k, frame);
     }
 }
 
@@ -306,10 +342,7 @@ bool sequence_frame(sequence *s, int frame, capture *out)
     memset(out, 0, sizeof *out);
     if (!pose(s, frame) || !trace(s))
         return false;
-    if (s->group.paths < 1) {
-        leave_out(s, PT_PLANE_DIFFUSE, PT_PLANE_DIFFUSE_HIT, frame);
-        leave_out(s, PT_PLANE_SPECULAR, PT_PLANE_SPECULAR_HIT, frame);
-    }
+    thin_out(s, frame);
     if (!take_frame(s, frame, out))
         return false;
     out->cut = frame == 0;

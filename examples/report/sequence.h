@@ -35,6 +35,9 @@ bool sequence_has_reference(const report_options *o, int frame);
 /* Noisy signals and guides; with a reference where there is one. */
 bool sequence_frame(sequence *s, int frame, capture *out);
 
+/* The share of the pixels that are traced, of a checkerboard of its pixels. */
+double sequence_share(const report_group *group);
+
 /* One path per pixel and lobe of the same frame with other random numbers. */
 bool sequence_extra(sequence *s, int frame, int number, capture *out);
 
