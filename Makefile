@@ -7,6 +7,7 @@
 #                    NRD_BUILD=build/gpu tests/run.sh test_gpu test_vk. tracer=1 adds nrd-render (60 MB)
 # make report        build/report/report.html: error against run time of all denoisers, within the hour; QUICK=1: 3 minutes into
 #                    build/report-quick; REPORT='...' adds options of nrd-report
+# make publish       measures this machine's first device and writes what README and nrd.h say of it (examples/report/publish.sh: of others)
 # make tune          searches settings and shader constants of DENOISER (reblur_diffuse); TUNE='...' adds options of nrd-tune
 # Others: spv shared check examples format clean.
 # Options: config=release|debug|sanitize, werror=1, V=1 (shows commands); own settings: Makefile.config (untracked).
@@ -44,7 +45,7 @@ tests    := $(patsubst tests/%.c,$B/tests/%,$(wildcard tests/test_*.c))
 archives := $B/libstress.a $B/libreport.a $B/libtracer.a $B/libexamples.a
 gpu      := $(patsubst $B/%,$B/gpu/%,$(filter-out $(if $(tracer),,%/nrd-render %/test_tracer %/test_shadows),$(programs) $(tests)))
 
-.PHONY: all spv shared test test-long check examples demo report tune dist gpu format clean
+.PHONY: all spv shared test test-long check examples demo report publish tune dist gpu format clean
 .DELETE_ON_ERROR:
 .SECONDARY:
 
@@ -169,6 +170,10 @@ demo:
 
 report: $B/nrd-report
 	@$B/nrd-report $B/report$(if $(QUICK),-quick --quick) $(REPORT)
+
+publish: $B/nrd-report
+	@NRD_BUILD=$B examples/report/publish.sh run $B/report-published $(REPORT)
+	@examples/report/publish.sh take $B/report-published
 
 DENOISER ?= reblur_diffuse
 tune: $B/nrd-tune

@@ -1,11 +1,23 @@
 #!/bin/sh
-# publish.sh REPORT...: takes finished reports (folders of nrd-report, one per device) into nrd.h (what nrd_suggest knows) and
-# into README.md (table and chart, examples/report.svg). Everything between the marks is replaced; run from the repository root.
+# publish.sh: what README.md and nrd.h say of error against run time; from the repository root.
+#   publish.sh run FOLDER [OPTIONS]  measures what is published with the nrd-report of NRD_BUILD (build) on its first device
+#   publish.sh take FOLDER...        takes finished reports, one per device, into examples/report/published.txt, in place of what is
+#                                    there of these devices, and writes from it: nrd.h (what nrd_suggest knows), README.md (table)
+#                                    and examples/report.svg (chart). Everything between the marks is replaced.
 set -eu
-[ $# -gt 0 ] || { echo "usage: examples/report/publish.sh REPORT..." >&2; exit 2; }
+usage() { sed -n '2,6s/^# \{0,1\}//p' "$0" >&2; exit 2; }
+[ $# -gt 1 ] || usage
+verb=$1
+shift
+case $verb in
+    run) folder=$1; shift; exec "${NRD_BUILD:-build}/nrd-report" "$folder" --scenes interior,moving,glass --paths 1 "$@" ;;
+    take) ;;
+    *) usage ;;
+esac
 for folder in "$@"; do
     [ -f "$folder/report.csv" ] || { echo "publish: $folder/report.csv is not there" >&2; exit 1; }
 done
+known=examples/report/published.txt
 work=$(mktemp -d)
 trap 'rm -rf "$work"' EXIT
 
@@ -38,8 +50,11 @@ for folder in "$@"; do
                   add(key, "noisy", noisy[list[i]])
                   if (part[2] == "balanced") { add(key, "filtered", filtered[list[i], part[1]]); add(key, "traced", traced[list[i], part[1]]) } }
               for (i = 1; i <= m; i++) line = line "|" mean(key, i)
-              print line "|" mean(key, "noisy") "|" mean(key, "filtered") "|" mean(key, "traced") } }' "$folder/report.csv" >> "$work/rows"
+              print line "|" mean(key, "noisy") "|" mean(key, "filtered") "|" mean(key, "traced") } }' "$folder/report.csv" >> "$work/new"
 done
+[ -f "$known" ] || : > "$known"
+awk -F'|' 'FNR == NR { now[$1] = now[$1] $0 "\n"; next } !($1 in now) { print; next } { printf "%s", now[$1]; now[$1] = "" }
+           END { for (device in now) printf "%s", now[device] }' "$work/new" "$known" > "$work/rows"
 if ! cut -d'|' -f2 "$work/rows" | grep -q .; then
     echo "publish: the device is of no class that nrd.h knows: $(cut -d'|' -f1 "$work/rows" | sort -u)" >&2
     exit 1
@@ -51,8 +66,8 @@ replace() {
     awk -v mark="$2" -v with="$3" '
     index($0, mark " end") { skip = 0 }
     !skip { print }
-    index($0, mark " begin") { while ((getline line < with) > 0) print line; skip = 1 }' "$1" > "$work/new"
-    cat "$work/new" > "$1"
+    index($0, mark " begin") { while ((getline line < with) > 0) print line; skip = 1 }' "$1" > "$work/replaced"
+    cat "$work/replaced" > "$1"
 }
 
 awk -F'|' '$2 != "" && $8 > 0 && ",fastest,fast,balanced,good,best," ~ "," $5 "," {
@@ -87,4 +102,5 @@ END {
         printf "<circle cx=\"%.1f\" cy=\"%.1f\" r=\"4\" stroke=\"%s\" fill=\"%s\"/><text x=\"%.1f\" y=\"%.1f\" fill=\"#333\">%s</text>\n", lx(x[i]), ly(y[i]), hue[device[i]], full[i] ? hue[device[i]] : "#fff", lx(x[i]) + 7, ly(y[i]) + 4, name[i] }
     print "<text x=\"380\" y=\"368\" text-anchor=\"middle\">nanoseconds per pixel</text><text x=\"70\" y=\"12\">trimmed relMSE in motion, one path per pixel; lower left is better; hollow: a plain filter of the same time</text></svg>"
 }' "$work/rows" > examples/report.svg
+cat "$work/rows" > "$known"
 echo "publish: $(wc -l < "$work/costs") presets in nrd.h, $(wc -l < "$work/rows") rows in README.md, examples/report.svg"

@@ -41,7 +41,7 @@ float add_tap(inout AtrousSums s, vec4 tap, float factor, float exponent)
 }
 
 /* Relative deviation from which on the cross is turned at random: what it leaves behind in noise is a weave. */
-const float WEAVING = 0.2;
+const float WEAVING = 0.4;
 
 /* Of the 4 taps of a step that has 8 otherwise: 0.75 to 1.6 tried: more loses detail where there is little noise, less leaves more of it. */
 const float LONE_WEIGHT = 1.0;
