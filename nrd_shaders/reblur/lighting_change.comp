@@ -14,18 +14,22 @@ layout(binding = 2) uniform sampler2D prev_tile;
 layout(binding = 3, rgba16f) uniform writeonly image2D out_tile;
 
 const int REACH = 4;              /* tiles; less misses weak changes, more smears local ones */
-const int SURVEY = 8;             /* SURVEY x SURVEY tiles all over the picture tell whether there is a change at all */
+const int SIDE = 8, FRAMED = SIDE + 2 * REACH;   /* tiles of a work group, and with those around it */
+const int SURVEY = 16;            /* SURVEY x SURVEY tiles all over the picture tell whether there is a change at all */
 const float MEMORY = 0.5;         /* weight of the new frame; 0.33 lags a frame more, 1 sees only sudden changes */
 const float FULL_CHANGE = 0.06;   /* change beyond the noise, relative to the luma, that is applied in full */
 const float MAX_FACTOR = 4.0;
 const float SUDDEN = 1.5;         /* a change seen in one frame alone must be this much clearer .. */
 const float EXPECTED = 0.4;       /* .. and this much less clear when the whole picture changes in the same frame */
 
-/* Sums over tiles: luma change, luma, weight, variance of the first. */
-vec4 weigh_tile(ivec2 tile, float w)
+shared vec4 s_tiles[FRAMED * FRAMED];   /* sums over a tile: luma change, luma, weight, variance of the first */
+shared vec4 s_rows[SIDE * FRAMED];       /* of those, weighted sums along x */
+shared vec4 s_survey[SIDE * SIDE];
+
+vec4 load_tile(ivec2 tile)
 {
     vec4 raw = texelFetch(in_tile_raw, tile, 0);
-    return vec4(w * raw.w * vec3(raw.x, raw.z, 1.0), w * w * raw.w * raw.y * raw.y);
+    return raw.w * vec4(raw.x, raw.z, 1.0, raw.y * raw.y);
 }
 
 /* How certain it is that a change is none of noise, and worth acting on: [0, 1]. */
@@ -34,33 +38,75 @@ float certainty(float change, float error, float luma)
     return clamp((abs(change) - g.antilag_sigma_scale * error) / (FULL_CHANGE * max(luma, abs(change)) + 1e-12), 0.0, 1.0);
 }
 
-float survey(ivec2 tiles)
+void load_surroundings(ivec2 tiles)
+{
+    ivec2 first = ivec2(gl_WorkGroupID.xy) * SIDE - REACH;
+    for (int i = int(gl_LocalInvocationIndex); i < FRAMED * FRAMED; i += SIDE * SIDE) {
+        ivec2 at = first + ivec2(i % FRAMED, i / FRAMED);
+        s_tiles[i] = all(lessThan(uvec2(at), uvec2(tiles))) ? load_tile(at) : vec4(0.0);
+    }
+}
+
+/* This thread's part of the survey. */
+vec4 load_survey(ivec2 tiles)
 {
     vec4 sum = vec4(0.0);
     vec2 count = vec2(min(tiles, ivec2(SURVEY))), spacing = vec2(tiles) / count;   /* a tile that counted twice would look certain */
-    for (int i = 0; i < SURVEY * SURVEY; i++) {
+    for (int i = int(gl_LocalInvocationIndex); i < SURVEY * SURVEY; i += SIDE * SIDE) {
         vec2 place = vec2(i % SURVEY, i / SURVEY) + 0.5;
-        sum += weigh_tile(min(ivec2(place * spacing), tiles - 1), all(lessThan(place, count)) ? 1.0 : 0.0);
+        if (all(lessThan(place, count))) sum += load_tile(min(ivec2(place * spacing), tiles - 1));
     }
+    return sum;
+}
+
+vec4 tent(int distance)
+{
+    float w = float(REACH + 1 - abs(distance));
+    return vec4(w, w, w, w * w);
+}
+
+void sum_rows()
+{
+    for (int i = int(gl_LocalInvocationIndex); i < SIDE * FRAMED; i += SIDE * SIDE) {
+        int center = (i / SIDE) * FRAMED + i % SIDE + REACH;
+        s_rows[i] = vec4(0.0);
+        for (int x = -REACH; x <= REACH; x++) s_rows[i] += tent(x) * s_tiles[center + x];
+    }
+}
+
+/* After it, the first of s_survey is the sum of all, and s_rows is there. */
+void sum_survey()
+{
+    uint own = gl_LocalInvocationIndex;
+    for (uint count = SIDE * SIDE / 2; count > 0u; count /= 2u) {
+        if (own < count) s_survey[own] += s_survey[own + count];
+        barrier();
+    }
+}
+
+float survey()
+{
+    vec4 sum = s_survey[0];
     return sum.z < 1.0 ? 0.0 : certainty(sum.x / sum.z, sqrt(sum.w) / sum.z, sum.y / sum.z);
 }
 
-vec4 sum_around(ivec2 tile, ivec2 tiles)
+vec4 sum_around()
 {
     vec4 sum = vec4(0.0);
-    for (int y = -REACH; y <= REACH; y++)
-        for (int x = -REACH; x <= REACH; x++) {
-            ivec2 at = tile + ivec2(x, y);
-            if (all(lessThan(uvec2(at), uvec2(tiles)))) sum += weigh_tile(at, float((REACH + 1 - abs(x)) * (REACH + 1 - abs(y))));
-        }
+    for (int y = -REACH; y <= REACH; y++) sum += tent(y) * s_rows[int(gl_LocalInvocationIndex) + SIDE * (REACH + y)];
     return sum;
 }
 
 void main()
 {
     ivec2 tile = ivec2(gl_GlobalInvocationID.xy), tiles = (rect_size() + 7) / 8;
+    load_surroundings(tiles);
+    s_survey[gl_LocalInvocationIndex] = load_survey(tiles);
+    barrier();
+    sum_rows();
+    sum_survey();
     if (any(greaterThanEqual(tile, tiles))) return;
-    vec4 sum = sum_around(tile, tiles);
+    vec4 sum = sum_around();
     if (sum.z < 1.0) {
         imageStore(out_tile, tile, vec4(0.0, 1.0, 0.0, 0.0));
         return;
@@ -68,8 +114,10 @@ void main()
     float before = has_flag(NRD_FLAG_TILE_HISTORY) && is_same_rect() ? texelFetch(prev_tile, tile, 0).z : 0.0;
     float luma = sum.y / sum.z, now = sum.x / sum.z, error = sqrt(sum.w) / sum.z;
     float smoothed = mix(before, now, MEMORY), smooth_error = error * sqrt(MEMORY / (2.0 - MEMORY));
-    float sudden = certainty(now, error * mix(SUDDEN, EXPECTED, survey(tiles)), luma), slow = certainty(smoothed, smooth_error, luma);
-    float change = sudden > slow ? now : smoothed, certain = max(sudden, slow) * g.antilag_sensitivity;
+    float sudden = certainty(now, error * mix(SUDDEN, EXPECTED, survey()), luma), slow = certainty(smoothed, smooth_error, luma);
+    /* What has just begun is in the mean of the frames by half: taken from it, the rest of a step would stay below the noise for frames. */
+    float step = certainty(now - before, error * sqrt(2.0 / (2.0 - MEMORY)), luma);
+    float change = sudden > slow ? now : mix(smoothed, now, step), certain = max(sudden, slow) * g.antilag_sensitivity;
     float factor = clamp((luma + change) / max(luma, 1e-12), 1.0 / MAX_FACTOR, MAX_FACTOR);
     imageStore(out_tile, tile, nrd_round_to_half(vec4(certain, factor, smoothed * (1.0 - certain), 0.0)));
 }
