@@ -1,8 +1,11 @@
 /* Reads   tile statistics of this frame, the tile's state.
-   Writes  the tile's state: x amount of change [0,1], y factor for history, z smoothed luma change.
+   Writes  the tile's state: x amount of change [0,1], y factor for history, z smoothed luma change, w how certain it is that something
+           moves near by [0,1].
    Decides per tile whether light has changed: the mean difference of new samples to history, over about 70 x 70 px and 3 frames,
    against its standard error; less evidence will do in a frame in which tiles all over the picture change together (a lamp goes off).
    On linear luma of many pixels, because single pixels, roots and logarithms of noise fire falsely (Jensen).
+   What moves changes light in its surroundings, over fewer pixels and sooner than light can tell: there the mean hit distances change, over
+   about 24 x 24 px in one frame. By how much light changes they do not say, so that history only becomes short.
    After accumulation, before the blur that rescales what has changed. */
 #version 450
 #extension GL_GOOGLE_include_directive : require
@@ -21,15 +24,16 @@ const float FULL_CHANGE = 0.06;   /* change beyond the noise, relative to the lu
 const float MAX_FACTOR = 4.0;
 const float SUDDEN = 1.5;         /* a change seen in one frame alone must be this much clearer .. */
 const float EXPECTED = 0.4;       /* .. and this much less clear when the whole picture changes in the same frame */
+const float WEIGHT = 64.0 * (REACH + 1.0) * (REACH + 1.0) * (REACH + 1.0) * (REACH + 1.0);   /* of all pixels around a tile */
 
-shared vec4 s_tiles[FRAMED * FRAMED];   /* sums over a tile: luma change, luma, weight, variance of the first */
+shared vec4 s_tiles[FRAMED * FRAMED];   /* sums over a tile: luma change, luma, change of hit distances in standard errors, variance of the first */
 shared vec4 s_rows[SIDE * FRAMED];       /* of those, weighted sums along x */
 shared vec4 s_survey[SIDE * SIDE];
 
 vec4 load_tile(ivec2 tile)
 {
     vec4 raw = texelFetch(in_tile_raw, tile, 0);
-    return raw.w * vec4(raw.x, raw.z, 1.0, raw.y * raw.y);
+    return vec4(64.0 * raw.x, 64.0 * raw.z, raw.w, 64.0 * raw.y * raw.y);
 }
 
 /* How certain it is that a change is none of noise, and worth acting on: [0, 1]. */
@@ -87,7 +91,7 @@ void sum_survey()
 float survey()
 {
     vec4 sum = s_survey[0];
-    return sum.z < 1.0 ? 0.0 : certainty(sum.x / sum.z, sqrt(sum.w) / sum.z, sum.y / sum.z);
+    return certainty(sum.x, sqrt(sum.w), sum.y);
 }
 
 vec4 sum_around()
@@ -95,6 +99,18 @@ vec4 sum_around()
     vec4 sum = vec4(0.0);
     for (int y = -REACH; y <= REACH; y++) sum += tent(y) * s_rows[int(gl_LocalInvocationIndex) + SIDE * (REACH + y)];
     return sum;
+}
+
+float find_motion()
+{
+    float sum = 0.0;
+    int center = (int(gl_LocalInvocationID.y) + REACH) * FRAMED + int(gl_LocalInvocationID.x) + REACH;
+    for (int i = 0; i < 9; i++) {
+        ivec2 at = ivec2(i % 3, i / 3) - 1;
+        sum += float((2 - abs(at.x)) * (2 - abs(at.y))) * s_tiles[center + at.y * FRAMED + at.x].z;
+    }
+    float errors = abs(sum) / 6.0;   /* root of the weights' squares */
+    return smoothstep(1.0, 1.5, errors / g.antilag_sigma_scale) * g.antilag_sensitivity;
 }
 
 void main()
@@ -107,17 +123,13 @@ void main()
     sum_survey();
     if (any(greaterThanEqual(tile, tiles))) return;
     vec4 sum = sum_around();
-    if (sum.z < 1.0) {
-        imageStore(out_tile, tile, vec4(0.0, 1.0, 0.0, 0.0));
-        return;
-    }
     float before = has_flag(NRD_FLAG_TILE_HISTORY) && is_same_rect() ? texelFetch(prev_tile, tile, 0).z : 0.0;
-    float luma = sum.y / sum.z, now = sum.x / sum.z, error = sqrt(sum.w) / sum.z;
+    float luma = sum.y / WEIGHT, now = sum.x / WEIGHT, error = sqrt(sum.w) / WEIGHT;
     float smoothed = mix(before, now, MEMORY), smooth_error = error * sqrt(MEMORY / (2.0 - MEMORY));
     float sudden = certainty(now, error * mix(SUDDEN, EXPECTED, survey()), luma), slow = certainty(smoothed, smooth_error, luma);
     /* What has just begun is in the mean of the frames by half: taken from it, the rest of a step would stay below the noise for frames. */
     float step = certainty(now - before, error * sqrt(2.0 / (2.0 - MEMORY)), luma);
     float change = sudden > slow ? now : mix(smoothed, now, step), certain = max(sudden, slow) * g.antilag_sensitivity;
-    float factor = clamp((luma + change) / max(luma, 1e-12), 1.0 / MAX_FACTOR, MAX_FACTOR);
-    imageStore(out_tile, tile, nrd_round_to_half(vec4(certain, factor, smoothed * (1.0 - certain), 0.0)));
+    float factor = luma > 0.0 ? clamp((luma + change) / luma, 1.0 / MAX_FACTOR, MAX_FACTOR) : 1.0;
+    imageStore(out_tile, tile, nrd_round_to_half(vec4(certain, factor, smoothed * (1.0 - certain), find_motion())));
 }

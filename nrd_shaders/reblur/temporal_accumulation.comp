@@ -82,7 +82,7 @@ vec3 load_specular_motion(ivec2 p) { return texelFetch(in_spec_motion, p, 0).xyz
 float load_reconstructed(int s, ivec2 p) { OF_SIGNAL(s, return texelFetch(in_diff_hit_dist, p, 0).x, return texelFetch(in_spec_hit_dist, p, 0).x) }
 vec4 load_noisy(int s, ivec2 p) { OF_SIGNAL(s, return texelFetch(in_diff, p, 0), return texelFetch(in_spec, p, 0)) }
 float load_confidence(int s, vec2 uv) { OF_SIGNAL(s, return textureLod(in_diff_confidence, uv, 0.0).x, return textureLod(in_spec_confidence, uv, 0.0).x) }
-float load_change(int s, vec2 px, ivec2 rect) { OF_SIGNAL(s, return sample_tiles(prev_diff_tile, px, rect).x, return sample_tiles(prev_spec_tile, px, rect).x) }
+vec2 load_change(int s, vec2 px, ivec2 rect) { OF_SIGNAL(s, return sample_tiles(prev_diff_tile, px, rect).xw, return sample_tiles(prev_spec_tile, px, rect).xw) }
 void store_color(int s, ivec2 p, vec4 v) { OF_SIGNAL(s, imageStore(out_diff, p, v), imageStore(out_spec, p, v)) }
 void store_tile(int s, ivec2 p, vec4 v) { OF_SIGNAL(s, imageStore(out_diff_tile_raw, p, v), imageStore(out_spec_tile_raw, p, v)) }
 
@@ -134,16 +134,23 @@ const float STABLE_BEND = 0.15;
 /* Frames of history from which on a pixel has a say in whether lighting changed. 2 to 6 tried; below CHANGED_FRAMES, or a change silences its tile. */
 const float SETTLED_FRAMES = 4.0;
 
-shared vec4 s_sums[SIGNALS][64];
+/* Frames that history counts for where things move near a surface (5 tried: half the gain). */
+const float MOVED_FRAMES = 2.0;
 
-/* Where lighting changed last frame, history was rescaled then and counts as short now. */
+/* Deviation of hit distances within a tile below which a change of them says nothing: they are kept in 8 bits. */
+const float LEAST_HIT_DIST_NOISE = 0.03;
+
+shared vec4 s_sums[SIGNALS][64];
+shared float s_squares[8];
+
+/* Where lighting changed last frame, history was rescaled then and counts as short now; it cannot be rescaled where things moved near by. */
 float shorten(float frames, int signal, vec2 uv_prev)
 {
     ivec2 rect_prev = ivec2(g.rect_width_prev, g.rect_height_prev);
-    float change = has_flag(NRD_FLAG_TILE_HISTORY) ? load_change(signal, uv_prev * vec2(rect_prev), rect_prev) : 0.0;
+    vec2 change = has_flag(NRD_FLAG_TILE_HISTORY) ? load_change(signal, uv_prev * vec2(rect_prev), rect_prev) : vec2(0.0);
     if ((SPEC_FEATURES & NRD_FEATURE_HISTORY_CONFIDENCE) != 0 && has_flag(NRD_FLAG_HISTORY_CONFIDENCE))
         frames *= clamp(load_confidence(signal, uv_prev), 0.0, 1.0);
-    return mix(frames, min(frames, CHANGED_FRAMES), change);
+    return mix(mix(frames, min(frames, CHANGED_FRAMES), change.x), min(frames, MOVED_FRAMES), change.y);
 }
 
 /* Welford's recurrence with the length as an effective one; sigma is the unbiased deviation of single samples. */
@@ -154,11 +161,13 @@ float update_sigma(float sigma, float delta, float frames)
     return sqrt(mix(sigma * sigma, variance, 1.0 / max(frames, 1.0)));
 }
 
-/* What a pixel adds to its tile: (luma change, its expected square, luma, 1). The square is mostly the new sample's own, which
-   follows a change at once; the history's part keeps skewed noise (rare bright samples) from looking like darkening. */
-vec4 tile_sample(History h, float delta)
+/* What a pixel adds to its tile: (luma change, its expected square, luma, change of the hit distance). The square is mostly the new sample's
+   own, which follows a change at once; the history's part keeps skewed noise (rare bright samples) from looking like darkening.
+   farther: of the hit distance, much less noisy than light; 0 for the specular signal, which keeps none. */
+vec4 tile_sample(History h, float delta, float farther)
 {
-    return h.frames > SETTLED_FRAMES ? vec4(delta, mix(delta * delta, h.color.w * h.color.w, 0.25), h.color.x, 1.0) : vec4(0.0);
+    vec3 light = h.frames > SETTLED_FRAMES ? vec3(delta, mix(delta * delta, h.color.w * h.color.w, 0.25), h.color.x) : vec3(0.0);
+    return vec4(light, h.frames > 0.75 * MOVED_FRAMES ? farther : 0.0);
 }
 
 #ifdef SH
@@ -211,7 +220,7 @@ uint accumulate(ivec2 pixel, int signal, vec4 noisy, inout History h, float rand
     float alpha = 1.0 / (1.0 + h.frames), delta = noisy.x - h.color.x;
     store_color(signal, pixel, dither_to_half(vec4(mix(h.color.xyz, noisy.xyz, alpha), update_sigma(h.color.w, delta, h.frames)), random));
     SH_ONLY(accumulate_light(pixel, signal, noisy.x, h, alpha, random);)
-    s_sums[signal][gl_LocalInvocationIndex] = tile_sample(h, delta);
+    s_sums[signal][gl_LocalInvocationIndex] = tile_sample(h, delta, noisy.w - h.hit_dist);
     float stabilized = h.frames > 0.0 && (h.bend <= STABLE_BEND) ? h.stabilized : -1.0;
     h.frames += 1.0;
     return pack_track(Track(mix(h.hit_dist, noisy.w, alpha), stabilized), random);
@@ -272,23 +281,36 @@ void denoise(ivec2 pixel)
     imageStore(out_guide, pixel, uvec4(guide, 0u, 0u));
 }
 
-/* Mean of the 8 x 8 pixels; the square as a root, so that it fits 16 bits. */
+/* Sums over the 8 x 8 pixels, divided by 64; the square as a root, so that it fits 16 bits, the change of hit distances in standard errors. */
+void write_tile(int signal, float squares)
+{
+    vec4 sum = vec4(0.0);
+    for (uint k = 0u; k < 8u; k++) sum += s_sums[signal][k];
+    float farther = sum.w * inversesqrt(squares + 64.0 * LEAST_HIT_DIST_NOISE * LEAST_HIT_DIST_NOISE);
+    sum /= 64.0;
+    store_tile(signal, ivec2(gl_WorkGroupID.xy), nrd_round_to_half(vec4(clamp(sum.x, -65504.0, 65504.0), min(sqrt(sum.y), 65504.0), min(sum.z, 65504.0), farther)));
+}
+
 void write_tiles()
 {
     uint i = gl_LocalInvocationIndex;
     barrier();
     for (int s = 0; s < SIGNALS && i < 8u; s++) {
         vec4 row = vec4(0.0);
-        for (uint k = 0u; k < 8u; k++) row += s_sums[s][i + 8u * k];
+        float squares = 0.0;
+        for (uint k = 0u; k < 8u; k++) {
+            vec4 one = s_sums[s][i + 8u * k];
+            row += one;
+            squares += one.w * one.w;
+        }
         s_sums[s][i] = row;
+        if (s != SPECULAR_SIGNAL) s_squares[i] = squares;
     }
     barrier();
     for (int s = 0; s < SIGNALS && i == 0u; s++) {
-        vec4 sum = vec4(0.0);
-        for (uint k = 0u; k < 8u; k++) sum += s_sums[s][k];
-        float n = max(sum.w, 1.0);
-        vec4 mean = vec4(clamp(sum.x / n, -65504.0, 65504.0), min(sqrt(sum.y / n), 65504.0), min(sum.z / n, 65504.0), sum.w);
-        store_tile(s, ivec2(gl_WorkGroupID.xy), nrd_round_to_half(mean));
+        float squares = 0.0;
+        for (uint k = 0u; k < 8u && s != SPECULAR_SIGNAL; k++) squares += s_squares[k];
+        write_tile(s, squares);
     }
 }
 
