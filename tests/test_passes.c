@@ -575,6 +575,66 @@ static void a_change_of_lighting_is_followed_within_12_frames(void **state)
     assert_in_range(on, 1, 12);
 }
 
+/* A shadow on a noisy plane that moves from a frame on; what casts it is near. */
+enum { SHADE_WIDTH = 200, SHADE_HEIGHT = 72, SHADE_PX = 32, SHADE_SPEED = 3, SHADE_FROM = 24, SHADE_FRAMES = 44, SHADE_TRAIL = 5 };
+
+static uint32_t shade_left(uint32_t frame) { return 16 + SHADE_SPEED * (frame > SHADE_FROM ? frame - SHADE_FROM : 0); }
+
+static void put_shade(rig *r, bool shaded)
+{
+    for (uint32_t y = 0; y < SHADE_HEIGHT; y++)
+        for (uint32_t x = 0; x < SHADE_WIDTH; x++) {
+            uint32_t left = shade_left(r->index), random = 3 * r->index;
+            bool in_shade = shaded && x >= left && x < left + SHADE_PX && y >= 20 && y < 20 + SHADE_PX;
+            float distance = (float)random_at(x, y, random + 1), luma = sparse_noise(x, y, random);
+            texel t = { in_shade ? 0.25f * luma : luma, 0, 0, in_shade ? 0.05f + 0.2f * distance : 0.3f + 0.7f * distance };
+            rig_put_noisy(r, x, y, t);
+        }
+}
+
+/* Mean luma of 12 px of the strip that the shadow moves along. */
+static double mean_of_strip(const rig *r, uint32_t left)
+{
+    double sum = 0;
+    for (uint32_t y = 28; y < 44; y++)
+        for (uint32_t x = left; x < left + 12; x++) sum += rig_out(r, x, y).y / (16.0 * 12);
+    return sum;
+}
+
+typedef struct shade_means { double shade, trail, still; } shade_means;
+
+static shade_means run_shade(bool shaded)
+{
+    shade_means mean = { 0, 0, 0 };
+    uint32_t measured = 0;
+    rig r;
+    rig_open(&r, &device, RIG_DENOISER, SHADE_WIDTH, SHADE_HEIGHT, facing_wall);
+    rig_put_guides(&r);
+    for (uint32_t frame = 0; frame < SHADE_FRAMES; frame++) {
+        uint32_t left = shade_left(r.index);
+        put_shade(&r, shaded);
+        rig_run(&r, true);
+        if (frame < SHADE_FROM + 12) continue;
+        rig_download(&r);
+        mean.shade += mean_of_strip(&r, left + 10);
+        mean.trail += mean_of_strip(&r, left - 12 - SHADE_SPEED * SHADE_TRAIL);
+        mean.still += mean_of_strip(&r, 180);
+        measured++;
+    }
+    rig_close(&r);
+    return (shade_means){ mean.shade / measured, mean.trail / measured, mean.still / measured };
+}
+
+static void a_moving_shadow_leaves_no_trail(void **state)
+{
+    (void)state;
+    shade_means lit = run_shade(false), shaded = run_shade(true);
+    print_message("under the shadow %.3f (0.25), %d frames after it %.3f (%.3f), far away %.3f (%.3f)\n", shaded.shade, SHADE_TRAIL, shaded.trail, lit.trail, shaded.still, lit.still);
+    assert_below(shaded.shade, 0.42, "luma under the shadow");
+    assert_below(fabs(shaded.trail - lit.trail), 0.1, "what the shadow leaves behind");
+    assert_below(fabs(shaded.still - lit.still), 1e-3, "difference far from the shadow");
+}
+
 /* The last hundredth of a change is less than a step of half once it is divided by the length of the history. */
 static void a_small_change_is_followed_to_its_end(void **state)
 {
@@ -761,6 +821,7 @@ int main(void)
         cmocka_unit_test(history_grows_under_a_moving_camera),
         cmocka_unit_test(a_new_instance_and_a_restart_begin_with_one_frame),
         cmocka_unit_test(a_change_of_lighting_is_followed_within_12_frames),
+        cmocka_unit_test(a_moving_shadow_leaves_no_trail),
         cmocka_unit_test(a_small_change_is_followed_to_its_end),
         cmocka_unit_test(the_three_kinds_of_motion_give_the_same_picture),
         cmocka_unit_test(left_and_right_handed_views_give_the_same_picture),

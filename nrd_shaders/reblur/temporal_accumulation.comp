@@ -134,8 +134,8 @@ const float STABLE_BEND = 0.15;
 /* Frames of history from which on a pixel has a say in whether lighting changed. 2 to 6 tried; below CHANGED_FRAMES, or a change silences its tile. */
 const float SETTLED_FRAMES = 4.0;
 
-/* Frames that history counts for where things move near a surface (5 tried: half the gain). */
-const float MOVED_FRAMES = 2.0;
+/* Frames that history counts for where things move near a surface (1 to 5 tried: more lags, and has no less noise). */
+const float MOVED_FRAMES = 1.0;
 
 /* Deviation of hit distances within a tile below which a change of them says nothing: they are kept in 8 bits. */
 const float LEAST_HIT_DIST_NOISE = 0.03;
@@ -281,12 +281,19 @@ void denoise(ivec2 pixel)
     imageStore(out_guide, pixel, uvec4(guide, 0u, 0u));
 }
 
+/* Hit distances that several pixels share make their mean less certain than their squares say: by as much as this. */
+float shared_doubt()
+{
+    if ((SPEC_FEATURES & NRD_FEATURE_PREPASS) != 0 && has_flag(NRD_FLAG_PREPASS)) return 3.0;   /* 9 taps */
+    return is_checkerboarded(DIFFUSE_LOBE) || is_reconstructed() ? 1.7 : 1.0;
+}
+
 /* Sums over the 8 x 8 pixels, divided by 64; the square as a root, so that it fits 16 bits, the change of hit distances in standard errors. */
 void write_tile(int signal, float squares)
 {
     vec4 sum = vec4(0.0);
     for (uint k = 0u; k < 8u; k++) sum += s_sums[signal][k];
-    float farther = sum.w * inversesqrt(squares + 64.0 * LEAST_HIT_DIST_NOISE * LEAST_HIT_DIST_NOISE);
+    float farther = sum.w * inversesqrt(squares + 64.0 * LEAST_HIT_DIST_NOISE * LEAST_HIT_DIST_NOISE) / shared_doubt();
     sum /= 64.0;
     store_tile(signal, ivec2(gl_WorkGroupID.xy), nrd_round_to_half(vec4(clamp(sum.x, -65504.0, 65504.0), min(sqrt(sum.y), 65504.0), min(sum.z, 65504.0), farther)));
 }
