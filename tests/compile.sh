@@ -3,24 +3,7 @@
 # and clang (where installed), vulkan.h before, after or not at all. Warnings are errors. Run from the repository root after
 # `make spv`; prints one line per case and a total, exits 1 if any case failed.
 set -u
-
-build=${NRD_BUILD:-build}
-work=$(mktemp -d) || exit 1
-trap 'rm -rf "$work"' EXIT
-passed=0
-failed=0
-skipped=0
-
-report() { # result, name
-    if [ "$1" -eq 0 ]; then
-        passed=$((passed + 1))
-        echo "pass  $2"
-    else
-        failed=$((failed + 1))
-        echo "FAIL  $2"
-        cat "$work/log"
-    fi
-}
+. tests/shell/report.sh
 
 compile() { # compiler, source, options...
     compiler=$1
@@ -34,8 +17,7 @@ compile() { # compiler, source, options...
 
 compile_all() { # extension, compiler, standard
     if ! command -v "$2" > /dev/null; then
-        skipped=$((skipped + 1))
-        echo "skip  $2 $3: no $2 here"
+        skip "$2 $3: no $2 here"
         return
     fi
     compile "$2" "nrd.$1" "-std=$3"
@@ -81,5 +63,4 @@ nm -g --defined-only "$work/a.o" | awk '{ print $3 }' | grep -v '^nrd_\|^use_imp
 [ ! -s "$work/log" ]
 report $? "the implementation exports only nrd_ names"
 
-echo "compile: $passed passed, $failed failed, $skipped skipped"
-[ "$failed" -eq 0 ]
+total compile

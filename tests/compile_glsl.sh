@@ -4,11 +4,7 @@
 # there), for each stage, GLSL 4.50 and 4.60, alone, twice, before and after other files, and with every encoding; and
 # through four compilers of C and C++.
 set -u
-
-work=$(mktemp -d) || exit 1
-trap 'rm -rf "$work"' EXIT
-passed=0
-failed=0
+. tests/shell/report.sh
 
 # A file such as an engine has: macros and functions with names that denoiser helpers are tempted to use.
 cat > "$work/engine.glsl" <<'GLSL'
@@ -29,17 +25,6 @@ vec2 clip_to_uv(vec4 clip) { return clip.xy / clip.w; }
 bool is_finite(float x) { return x == x; }
 #endif
 GLSL
-
-report() { # result, name
-    if [ "$1" -eq 0 ]; then
-        passed=$((passed + 1))
-        echo "pass  $2"
-    else
-        failed=$((failed + 1))
-        echo "FAIL  $2"
-        cat "$work/log"
-    fi
-}
 
 # The text of a shader that calls into nrd.glsl; the includes come from the third argument on.
 write_shader() { # stage, version, include...
@@ -191,5 +176,4 @@ for order in before after; do
     report $? "gcc compiles nrd_c.h $order nrd.h"
 done
 
-echo "compile_glsl: $passed passed, $failed failed"
-[ "$failed" -eq 0 ]
+total compile_glsl

@@ -2,27 +2,10 @@
 # dist.sh: an engine that has only a C compiler, the Vulkan headers and what `make dist` lays out builds and runs. Run from the
 # repository root after `make dist`; prints one line per case and a total, exits 1 if any case failed.
 set -u
+. tests/shell/report.sh
 
-build=${NRD_BUILD:-build}
 sdk=$build/nrd-sdk
-work=$(mktemp -d) || exit 1
-trap 'rm -rf "$work"' EXIT
-passed=0
-failed=0
-skipped=0
 
-report() { # result, name
-    if [ "$1" -eq 0 ]; then
-        passed=$((passed + 1))
-        echo "pass  $2"
-    else
-        failed=$((failed + 1))
-        echo "FAIL  $2"
-        cat "$work/log"
-    fi
-}
-
-: > "$work/log"
 for file in nrd.h nrd_vk.h nrd_spirv.h nrd_shaders/nrd.glsl nrd_shaders/common/nrd_shared.glsl LICENSE README.md; do
     [ -s "$sdk/$file" ]
     report $? "$file is there"
@@ -82,9 +65,7 @@ engines "static prototypes" -DENGINE_PROTOTYPES -lvulkan
 if echo '#include <volk.h>' | cc -E - > /dev/null 2>&1; then
     engines "volk" -DENGINE_VOLK ""
 else
-    skipped=$((skipped + 1))
-    echo "skip  volk: no volk.h here (Debian: libvulkan-volk-dev)"
+    skip "volk: no volk.h here (Debian: libvulkan-volk-dev)"
 fi
 
-echo "dist: $passed passed, $failed failed, $skipped skipped"
-[ "$failed" -eq 0 ]
+total dist

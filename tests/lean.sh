@@ -3,25 +3,7 @@
 # nrd_desc.absent promises is gone from the specialized modules. Prints sizes and instruction counts. Run from the repository
 # root after `make spv`; prints one line per case and a total, exits 1 if any case failed.
 set -u
-
-build=${NRD_BUILD:-build}
-work=$(mktemp -d) || exit 1
-trap 'rm -rf "$work"' EXIT
-passed=0
-failed=0
-skipped=0
-: > "$work/log"
-
-report() { # result, name
-    if [ "$1" -eq 0 ]; then
-        passed=$((passed + 1))
-        echo "pass  $2"
-    else
-        failed=$((failed + 1))
-        echo "FAIL  $2"
-        cat "$work/log"
-    fi
-}
+. tests/shell/report.sh
 
 # ---- binaries
 denoisers=$(sed -n '/^#define NRD_DENOISERS(X)/,/[^\\]$/s/.*X(\([A-Z_]*\), "\([a-z_]*\)".*/\1/p' nrd.h)
@@ -93,8 +75,7 @@ count() { # module or module:iteration, nrd_desc.absent: instructions after spec
 }
 
 if ! command -v spirv-opt > /dev/null || ! command -v spirv-dis > /dev/null; then
-    skipped=$((skipped + 1))
-    echo "skip  instruction counts: no spirv-opt here (apt-get install spirv-tools)"
+    skip "instruction counts: no spirv-opt here (apt-get install spirv-tools)"
 else
     for module in $modules; do
         echo "$module $(count "$module" 0)"
@@ -120,5 +101,4 @@ for absent in "" motion,sky,materials,mirrors,stabilization,lighting_change; do
     report $? "absent ${absent:-nothing}: $(sed -n 's/^ *\([0-9.]*\) us  total.*/\1 us a frame/p' "$work/log"), $(sed -n 's/^ *\([0-9.]*\) ms  creation.*/\1 ms creation/p' "$work/log")"
 done
 
-echo "lean: $passed passed, $failed failed, $skipped skipped"
-[ "$failed" -eq 0 ]
+total lean

@@ -2,24 +2,7 @@
 # raygen.sh: examples/raygen traces, denoises and composes: with the ray tracing pipeline where a device has one, and with its
 # stand-in everywhere. Run from the repository root after `make examples`; prints one line per case and a total, exits 1 if any failed.
 set -u
-
-build=${NRD_BUILD:-build}
-work=$(mktemp -d) || exit 1
-trap 'rm -rf "$work"' EXIT
-passed=0
-failed=0
-skipped=0
-
-report() { # result, name
-    if [ "$1" -eq 0 ]; then
-        passed=$((passed + 1))
-        echo "pass  $2"
-    else
-        failed=$((failed + 1))
-        echo "FAIL  $2"
-        cat "$work/log"
-    fi
-}
+. tests/shell/report.sh
 
 render() { # options...
     "$build/nrd-raygen" "$work/out.png" --size 96x64 --frames 8 --reference 64 "$@" > "$work/log" 2>&1
@@ -34,8 +17,7 @@ render --compute && [ -s "$work/out.png" ] && is_better
 report $? "the compute shader's picture has less than a third of its input's error"
 
 if render && grep -q '^skipped: ' "$work/log"; then
-    skipped=1
-    echo "skip  the ray tracing pipeline: $(sed 's/^skipped: //' "$work/log")"
+    skip "the ray tracing pipeline: $(sed 's/^skipped: //' "$work/log")"
 else
     [ -s "$work/out.png" ] && is_better
     report $? "the ray tracing pipeline's picture has less than a third of its input's error"
@@ -50,5 +32,4 @@ for arguments in "--without x" "--size 8x8" "--frames 0" "--paths x" "--size" "-
     report $? "refused with one line that names the option: $arguments"
 done
 
-echo "raygen: $passed passed, $failed failed, $skipped skipped"
-[ "$failed" -eq 0 ]
+total raygen

@@ -2,23 +2,7 @@
 # readme.sh: what README.md shows compiles, and what it names exists. Run from the repository root after `make examples`; prints one
 # line per case and a total, exits 1 if any case failed. Code blocks are compiled inside what their text says the engine has.
 set -u
-
-build=${NRD_BUILD:-build}
-work=$(mktemp -d) || exit 1
-trap 'rm -rf "$work"' EXIT
-passed=0
-failed=0
-
-report() { # result, name
-    if [ "$1" -eq 0 ]; then
-        passed=$((passed + 1))
-        echo "pass  $2"
-    else
-        failed=$((failed + 1))
-        echo "FAIL  $2"
-        cat "$work/log"
-    fi
-}
+. tests/shell/report.sh
 
 # The first code block of a language after a heading: into $work/block; lines that begin with # into $work/head, the others into $work/body.
 extract() { # heading, language
@@ -99,7 +83,6 @@ compile_glsl() { # stage, function that prints the engine's declarations, body o
     return $status
 }
 
-: > "$work/log"
 extract "4. In your ray-gen shader" glsl && compile_glsl rgen ray_gen_engine "write_denoiser_inputs(ivec2(gl_LaunchIDEXT.xy), hit);"
 report $? "the ray-gen block compiles"
 extract "6. In your composition shader" glsl && compile_glsl frag composition_engine "out_color = vec4(compose(ivec2(gl_FragCoord.xy)), 1.0);"
@@ -156,7 +139,7 @@ is_in_sources() {
     short=$(echo "$1" | sed -E 's/^NRD_(RESOURCE|DENOISER|RESULT|FORMAT|SEVERITY)_//')
     grep -qwF -e "$1" -e "$short" nrd.h nrd_vk.h nrd_shaders/nrd.glsl
 }
-grep -oE '\b(nrd|NRD)_[A-Za-z0-9_]*[A-Za-z0-9]\b' README.md | grep -vxE 'NRD_|nrd_(spirv|shared)' | sort -u > "$work/names"
+grep -oE '\b(nrd|NRD)_[A-Za-z0-9_]*[A-Za-z0-9]\b' README.md | grep -vxE 'NRD_|NRD_BUILD|nrd_(spirv|shared)' | sort -u > "$work/names"
 refused_by is_in_sources < "$work/names"
 report $? "$(wc -l < "$work/names") nrd_ and NRD_ names"
 
@@ -222,5 +205,4 @@ echo "README.md says ${claimed:-nothing}, minimal.c has $lines" > "$work/log"
 [ "$claimed" = "$lines" ]
 report $? "README.md tells that number right"
 
-echo "readme: $passed passed, $failed failed"
-[ "$failed" -eq 0 ]
+total readme
