@@ -209,6 +209,25 @@ static void bindings_have_the_kinds_that_the_pipelines_promise(void **state)
     nrd_destroy(instance);
 }
 
+/* README: what a device must be able to bind to one pass. */
+static void passes_bind_at_most_24_sampled_and_8_storage_images(void **state)
+{
+    spy s;
+    uint32_t most[2] = { 0, 0 };
+    (void)state;
+    nrd *instance = create_all(&s);
+    const nrd_info *info = nrd_get_info(instance);
+    for (uint32_t i = 0; i < info->pipeline_count; i++) {
+        uint32_t count[2] = { 0, 0 };
+        for (uint32_t b = 0; b < info->pipelines[i].binding_count; b++) count[info->pipelines[i].access[b] == NRD_ACCESS_WRITE]++;
+        for (int k = 0; k < 2; k++)
+            if (count[k] > most[k]) most[k] = count[k];
+    }
+    assert_int_equal(most[0], 24);
+    assert_int_equal(most[1], 8);
+    nrd_destroy(instance);
+}
+
 static uint32_t spirv_format(nrd_format format)
 {
     switch (format) {
@@ -315,6 +334,7 @@ int main(void)
         cmocka_unit_test(the_constant_block_ends_on_a_multiple_of_16_bytes),
         cmocka_unit_test(push_constants_are_those_of_nrd_dispatch),
         cmocka_unit_test(bindings_have_the_kinds_that_the_pipelines_promise),
+        cmocka_unit_test(passes_bind_at_most_24_sampled_and_8_storage_images),
         cmocka_unit_test(storage_formats_and_integer_samplers_fit_what_is_bound),
         cmocka_unit_test(linear_sampling_is_asked_of_float_textures_only),
     };
