@@ -92,12 +92,14 @@ History fetch_history(Footprint f, vec4 weights, int signal, vec3 normal_ws)
     if (!(sum > 0.01)) return h;
     uvec4 tracks = gather_tracks_at(signal, f.seconds, f.corner_uv);
     vec4 stabilized = is_absent(NRD_ABSENT_STABILIZATION) ? vec4(-1.0) : gather_stabilized(signal, f.corner_uv), w = weights / sum;
+    float sampled = 1e-6;   /* hit distance 0: never sampled */
     for (int i = 0; i < TEXELS; i++) {
         if (!(w[i] > 0.0)) continue;
         Track track = unpack_track(tracks[i]);
         h.bend += w[i] * guide_bend(guide_point(f.guides[i]), normal_prev);
         h.frames += w[i] * guide_frames(uvec2(0u, f.seconds[i]), signal);
         h.hit_dist += w[i] * track.hit_dist;
+        sampled += track.hit_dist > 0.0 ? w[i] : 0.0;
         h.stabilized += w[i] * stabilized[i];
         ivec2 texel = f.base + ivec2(i & 1, i >> 1);
         vec4 color = load_history(signal, texel);
@@ -105,6 +107,7 @@ History fetch_history(Footprint f, vec4 weights, int signal, vec3 normal_ws)
         SH_ONLY(add_light(h.light, load_light_history(signal, texel), color.x, guide_tap_normal(uvec2(f.guides[i], f.seconds[i])), w[i]);)
     }
     SH_ONLY(h.light.normal = h.light.normal * mat3(g.world_to_view_prev);)
+    h.hit_dist /= sampled;
     h.frames *= sqrt(min(sum, 1.0));   /* part of the footprint is gone: the rest is stretched */
     return h;
 }
