@@ -183,12 +183,26 @@ History fetch_history(ivec2 pixel, vec3 normal_vs, float signed_z, float width_p
     return h;
 }
 
+/* Variances of the mean of the rays around that say nothing; few binary rays stray farther than that, for which the second grows as 1 / their number. */
+const vec2 BIAS_NOISE = vec2(4.0, 32.0);
+
+/* Variance of one ray; of history that says 0 or 1, not none. */
+Visibility ray_variance(Visibility a, Visibility b) { return max(a * (1.0 - a), b * (1.0 - b)) + 0.09; }
+
 /* History that the rays of this frame contradict is pulled in: as far off as the mean of so many binary rays may be by chance. */
 Visibility clamp_history(Visibility mean, Support s)
 {
-    Visibility spread = max(s.mean * (1.0 - s.mean), mean * (1.0 - mean)) + 0.09;
-    Visibility slack = 2.0 * sqrt(spread / s.count);
+    Visibility slack = 2.0 * sqrt(ray_variance(s.mean, mean) / s.count);
     return clamp(mean, s.mean - slack, s.mean + slack);
+}
+
+/* Part of so many frames of history that is worth keeping: its distance from the mean of the rays around, beyond what is noise of those, is taken for
+   its bias, and the frames are as many as would have a variance of that bias squared and their own. */
+float trust_in(History h, Support s, float frames)
+{
+    float off = luma_of(h.mean) - luma_of(s.mean), variance = luma_of(ray_variance(s.mean, h.mean));
+    float bias2 = max(off * off - (BIAS_NOISE.x + BIAS_NOISE.y / s.count) * variance / s.count, 0.0);
+    return 1.0 / (1.0 + frames * bias2 / variance);
 }
 
 void accumulate(ivec2 place)
@@ -205,8 +219,9 @@ void accumulate(ivec2 place)
     gather_mean(a, own, s);
     History h = no_history();
     if (!is_reset()) h = fetch_history(pixel, normal_vs, signed_z, s.width);
-    Visibility v = mix(clamp_history(h.mean, s), ray_visibility(centre, own), 1.0 / (1.0 + history_length(h.age, s.width)));
-    uint age = pack_age(h.age + 1.0, random_of(pixel, 3u));
+    float frames = history_length(h.age, s.width), trust = trust_in(h, s, frames);
+    Visibility v = mix(clamp_history(h.mean, s), ray_visibility(centre, own), 1.0 / (1.0 + frames * trust));
+    uint age = pack_age(mix(frames * trust, h.age, trust * trust * trust * trust) + 1.0, random_of(pixel, 3u));
     imageStore(out_mean, pixel, uvec4(pack_mean(pack_depth(abs(signed_z)), v, random_of(pixel, 0u), age, s.width, h.stabilized), 0u, 0u));
 #ifndef TRANSLUCENCY
     if (!is_absent(NRD_ABSENT_STABILIZATION)) imageStore(out_stabilized, pixel, vec4(h.stabilized));
