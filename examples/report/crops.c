@@ -15,9 +15,14 @@ bool crops_wanted(const report_options *o, const report_group *group)
     return report_same_paths(group->paths, report_usual_paths(o)) && group->size.width == o->sizes[0].width && group->size.height == o->sizes[0].height;
 }
 
+const char *crops_owner(const char *denoiser, const char *kind)
+{
+    return !strcmp(kind, "noisy") || !strcmp(kind, "reference") ? "input" : denoiser;
+}
+
 void crops_path(const report_options *o, const char *scene, const char *denoiser, const char *signal, const char *kind, char *path, size_t size)
 {
-    snprintf(path, size, "%s/crops/%s-%s-%s-%s.png", o->folder, scene, denoiser, signal, kind);
+    snprintf(path, size, "%s/crops/%s-%s-%s-%s.png", o->folder, scene, crops_owner(denoiser, kind), signal, kind);
 }
 
 typedef struct window { int left, top, width, height; } window;

@@ -24,7 +24,7 @@ static void put_base64(FILE *out, FILE *in)
     }
 }
 
-/* Adds "scene-denoiser-signal-kind": data, where that picture has been taken. */
+/* Adds "scene-owner-signal-kind": data, where that picture has been taken. */
 static bool put_picture(const report *r, const report_row *row, const char *kind, bool first, FILE *out)
 {
     char path[CAPTURE_PATH_SIZE];
@@ -32,19 +32,20 @@ static bool put_picture(const report *r, const report_row *row, const char *kind
     FILE *in = fopen(path, "rb");
     if (!in)
         return false;
-    fprintf(out, "%s\n\"%s-%s-%s-%s\":\"data:image/png;base64,", first ? "" : ",", row->scene, row->method, row->signal, kind);
+    fprintf(out, "%s\n\"%s-%s-%s-%s\":\"data:image/png;base64,", first ? "" : ",", row->scene, crops_owner(row->method, kind), row->signal, kind);
     put_base64(out, in);
     fprintf(out, "\"");
     fclose(in);
     return true;
 }
 
-static bool is_first_of_picture(const report *r, int index)
+static bool is_first_of_picture(const report *r, int index, const char *kind)
 {
     const report_row *row = &r->rows.rows[index];
     for (int i = 0; i < index; i++) {
         const report_row *other = &r->rows.rows[i];
-        if (!strcmp(other->kind, row->kind) && !strcmp(other->scene, row->scene) && !strcmp(other->method, row->method) && !strcmp(other->signal, row->signal))
+        bool same_owner = !strcmp(crops_owner(other->method, kind), crops_owner(row->method, kind));
+        if (!strcmp(other->kind, row->kind) && !strcmp(other->scene, row->scene) && same_owner && !strcmp(other->signal, row->signal))
             return false;
     }
     return !strcmp(row->kind, REPORT_KIND_DENOISER);
@@ -60,8 +61,8 @@ static void put_pictures(const report *r, FILE *out)
     bool first = true;
     fprintf(out, "{");
     for (int i = 0; i < r->rows.count; i++)
-        for (int k = 0; k < 4 && is_first_of_picture(r, i); k++)
-            if (put_picture(r, &r->rows.rows[i], kinds[k], first, out))
+        for (int k = 0; k < 4; k++)
+            if (is_first_of_picture(r, i, kinds[k]) && put_picture(r, &r->rows.rows[i], kinds[k], first, out))
                 first = false;
     fprintf(out, "}");
 }
