@@ -21,7 +21,7 @@ layout(binding = 5, r8) uniform writeonly image2D out_shadow;
 layout(binding = 6) uniform sampler2D in_stabilized;
 #endif
 
-const int FAR_TAPS = 4;
+const int FAR_TAPS = 5;
 const float REACH = 0.045;              /* of the picture's shorter side: longest axis of the far taps' ellipse. Longer ones miss thin occluders' ends */
 const vec2 GOLDEN_TURN = vec2(-0.73736887, 0.67549029);   /* cos and sin of the golden angle */
 
