@@ -739,16 +739,25 @@ static nrd_result nrdi_vk_create_pipelines(nrd_vk *vk)
 
 /* ---------------------------------------------------------------------------------------------------------------------------
    Memory  >>memory */
-static nrd_result nrdi_vk_find_memory_type(nrd_vk *vk, uint32_t allowed, VkMemoryPropertyFlags flags, uint32_t *out)
+static nrd_result nrdi_vk_find_memory_type(nrd_vk *vk, uint32_t allowed, VkMemoryPropertyFlags flags, VkMemoryPropertyFlags wished, uint32_t *out)
 {
     VkPhysicalDeviceMemoryProperties has;
     vk->physical.vkGetPhysicalDeviceMemoryProperties(vk->physical.device, &has);
-    for (uint32_t i = 0; i < has.memoryTypeCount; i++) {
-        if (!(allowed >> i & 1) || (has.memoryTypes[i].propertyFlags & flags) != flags) continue;
-        *out = i;
+    for (uint32_t i = 0; i < 2 * has.memoryTypeCount; i++) {
+        uint32_t type = i % has.memoryTypeCount;
+        VkMemoryPropertyFlags needed = i < has.memoryTypeCount ? flags | wished : flags;
+        if (!(allowed >> type & 1) || (has.memoryTypes[type].propertyFlags & needed) != needed) continue;
+        *out = type;
         return NRD_RESULT_OK;
     }
     return nrdi_vk_fail_value(vk->desc.instance, NRD_RESULT_UNSUPPORTED_DEVICE, "no memory type has the needed VkMemoryPropertyFlags: memoryTypeBits", allowed, ", flags ", flags);
+}
+
+static bool nrdi_vk_has_counters(const nrd_vk *vk)
+{
+    bool has = false;
+    for (uint32_t i = 0; i < vk->info->texture_count; i++) has |= vk->info->textures[i].read_back;
+    return has;
 }
 
 static nrd_result nrdi_vk_allocate_device(nrd_vk *vk, nrd_vk_memory_kind kind, const VkMemoryRequirements *needs, nrd_vk_memory *out)
@@ -756,7 +765,9 @@ static nrd_result nrdi_vk_allocate_device(nrd_vk *vk, nrd_vk_memory_kind kind, c
     bool host = kind == NRD_VK_MEMORY_CONSTANTS;
     VkMemoryPropertyFlags flags = host ? VK_MEMORY_PROPERTY_HOST_VISIBLE_BIT | VK_MEMORY_PROPERTY_HOST_COHERENT_BIT : VK_MEMORY_PROPERTY_DEVICE_LOCAL_BIT;
     NRDI_VK_STRUCT(VkMemoryAllocateInfo, info, VK_STRUCTURE_TYPE_MEMORY_ALLOCATE_INFO);
-    nrd_result result = nrdi_vk_find_memory_type(vk, needs->memoryTypeBits, flags, &info.memoryTypeIndex);
+    /* beyond the bus, constants cost the first threads of each pass microseconds; so do counters, where the host reads them */
+    VkMemoryPropertyFlags wished = host && !nrdi_vk_has_counters(vk) ? VK_MEMORY_PROPERTY_DEVICE_LOCAL_BIT : 0;
+    nrd_result result = nrdi_vk_find_memory_type(vk, needs->memoryTypeBits, flags, wished, &info.memoryTypeIndex);
     if (result != NRD_RESULT_OK) return result;
     info.allocationSize = needs->size;
     NRDI_VK_CREATE(vk, vkAllocateMemory, &info, &out->memory);
@@ -883,13 +894,6 @@ static nrd_result nrdi_vk_create_images(nrd_vk *vk)
 }
 
 enum { NRDI_VK_COUNTER_BYTES = NRD_COUNTER_COUNT * 4 };
-
-static bool nrdi_vk_has_counters(const nrd_vk *vk)
-{
-    bool has = false;
-    for (uint32_t i = 0; i < vk->info->texture_count; i++) has |= vk->info->textures[i].read_back;
-    return has;
-}
 
 static nrd_result nrdi_vk_create_bare_constants(nrd_vk *vk, VkMemoryRequirements *needs)
 {
