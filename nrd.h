@@ -596,9 +596,11 @@ typedef struct nrd_texture {
     uint32_t first_pass, last_pass; /* transient: in use from .. to, in the order of nrd_info.passes */
     uint64_t bytes, offset;        /* tightly packed; offset into the transient block when placed like that */
     bool read_back;                /* counters of the checker: the first such binding of a dispatch is for the CPU to read afterwards */
+    bool buffer;                   /* no image: `bytes` bytes of a storage buffer, which nrd_dispatch.indirect names */
 } nrd_texture;
 
-typedef enum nrd_access { NRD_ACCESS_READ, NRD_ACCESS_READ_LINEAR, NRD_ACCESS_WRITE } nrd_access; /* linear: with the linear-clamp sampler, else nearest-clamp */
+/* LINEAR: with the linear-clamp sampler, else nearest-clamp. BUFFER: of nrd_texture.buffer, read and written. */
+typedef enum nrd_access { NRD_ACCESS_READ, NRD_ACCESS_READ_LINEAR, NRD_ACCESS_WRITE, NRD_ACCESS_BUFFER } nrd_access;
 
 /* The uniform buffer of every pass, in C. */
 #define NRDI_C_mat4(name) float name[16];
@@ -610,7 +612,7 @@ typedef struct nrd_constants { NRD_CONSTANTS(NRDI_X) } nrd_constants;
 #undef NRDI_X
 
 /* One compute pipeline: descriptor set 0 has the uniform buffer at binding 0, then binding i + 1 is bindings[i] of its dispatches:
-   a combined image sampler for reads, a storage image for writes; 8 bytes of push constants; NRD_SPEC_CONSTANTS. */
+   a combined image sampler for reads, a storage image for writes, a storage buffer; 8 bytes of push constants; NRD_SPEC_CONSTANTS. */
 typedef struct nrd_pipeline {
     const char *shader;            /* module name, as in nrd_spirv.h */
     uint32_t binding_count;
@@ -680,6 +682,8 @@ typedef struct nrd_dispatch {
     const void *constants;          /* nrd_info.constant_bytes bytes; equal pointers mean equal contents within one call */
     int32_t push[2];                /* NRD_PUSH_CONSTANTS */
     uint32_t groups_x, groups_y;
+    uint32_t indirect;              /* 0: none; 1 + index into nrd_info.textures of a buffer: there the dispatches before leave, as three uint32_t,
+                                       how many groups are enough in x, y and z. groups_x, groups_y do the same, only slower */
 } nrd_dispatch;
 /* The dispatches of the given denoisers (NULL and 0: all), to be executed in this order, each after the writes of those before it.
    Call once a frame for each denoiser: it advances their history. Valid until the next call. */
@@ -781,13 +785,14 @@ NRD_DECL bool nrd_check_rule(const uint64_t *counters, uint32_t i, nrd_finding *
 /* ---------------------------------------------------------------------------------------------------------------------------
    Pass tables  >>tables
    A denoiser is a row with its textures and passes; everything below interprets these rows. */
-enum { NRDI_MAX_USES = 36, NRDI_MAX_TEXTURES = 20, NRDI_MAX_PASSES = 20, NRDI_TILE_PX = 8 };
-enum { NRDI_TRANSIENT, NRDI_PERMANENT, NRDI_PING_PONG };
+enum { NRDI_MAX_USES = 36, NRDI_MAX_TEXTURES = 21, NRDI_MAX_PASSES = 20, NRDI_TILE_PX = 8 };
+enum { NRDI_TRANSIENT, NRDI_PERMANENT, NRDI_PING_PONG, NRDI_BUFFERS }; /* BUFFERS: a pair, for numbers of groups */
 enum { NRDI_MAX_SIZE = 16384 };   /* px, of either side */
+enum { NRDI_GROUP_WORDS = 4 };    /* numbers of groups in x, y, z; tiles in the list */
 
 /* Why a pass runs, or a binding is not replaced by its stand-in; evaluated every frame. */
 enum { NRDI_ALWAYS = 0, NRDI_IF_PREPASS = 1, NRDI_IF_BLUR = 2, NRDI_IF_ANTILAG = 4, NRDI_IF_SPLIT = 8, NRDI_IF_CONFIDENCE = 16, NRDI_IF_THRESHOLD_MIX = 32,
-       NRDI_IF_SPEC_PREPASS = 64, NRDI_IF_RECONSTRUCTION = 128, NRDI_IF_SPECULAR_MOTION = 256, NRDI_IF_MOTION = 4096, NRDI_IF_STABILIZED = 8192, NRDI_IF_VALIDATION = 16384, NRDI_IF_CHECK = 32768 };
+       NRDI_IF_SPEC_PREPASS = 64, NRDI_IF_RECONSTRUCTION = 128, NRDI_IF_SPECULAR_MOTION = 256, NRDI_IF_SKY = 512, NRDI_IF_MOTION = 4096, NRDI_IF_STABILIZED = 8192, NRDI_IF_VALIDATION = 16384, NRDI_IF_CHECK = 32768 };
 
 /* What a pass is bound to: a nrd_resource, or a texture of the denoiser: of this frame, or the previous frame's half of a ping-pong pair. */
 #define NRDI_TEXTURE(i) (64 + (i))
@@ -833,8 +838,19 @@ enum { NRDI_GUIDE, NRDI_TRACK, NRDI_SPEC_TRACK, NRDI_DIFF_HISTORY, NRDI_DIFF_STA
        NRDI_SPEC_HISTORY, NRDI_SPEC_STABILIZED, NRDI_SPEC_TILE, NRDI_SPEC_TILE_RAW, NRDI_DIFF_SH_HISTORY, NRDI_SPEC_SH_HISTORY, NRDI_DIFF_SH, NRDI_SH, NRDI_DIFF_HITDIST, NRDI_SPEC_HITDIST };
 enum { NRDI_SHADOW_HISTORY, NRDI_SHADOW_TILE, NRDI_SHADOW_MEAN, NRDI_SHADOW_EXTRA, NRDI_SHADOW_KINDS }; /* EXTRA: opaque: stabilised visibility; translucent: green and blue of the history */
 
-enum { NRDI_COUNTERS = NRDI_MAX_TEXTURES - 1 }; /* of every denoiser that has a check */
-static const nrdi_texture_row nrdi_counter_row = { "COUNTERS", NRD_FORMAT_R32_UINT, 0, NRDI_PING_PONG };
+/* Rows that denoisers have in common: the counters of the checker; which tiles are not all sky, see common/tiles.comp. */
+enum { NRDI_COUNTERS = NRDI_MAX_TEXTURES - 1, NRDI_TILE_GROUPS = NRDI_COUNTERS - 1, NRDI_TILE_LIST = NRDI_COUNTERS - 2, NRDI_TILE_AGE = NRDI_COUNTERS - 3 };
+static const nrdi_texture_row nrdi_common_rows[] = {
+    { "TILE_AGE", NRD_FORMAT_R8_UNORM, NRDI_TILE_PX, NRDI_PERMANENT },
+    { "TILE_LIST", NRD_FORMAT_R32_UINT, NRDI_TILE_PX, NRDI_TRANSIENT },
+    { "TILE_GROUPS", NRD_FORMAT_R32_UINT, 0, NRDI_BUFFERS },
+    { "COUNTERS", NRD_FORMAT_R32_UINT, 0, NRDI_PING_PONG }
+};
+#define NRDI_TILES NRDI_OWN_READ_IF(NRDI_TILE_LIST, NRDI_IF_SKY)   /* a pass that binds it runs on the listed tiles alone */
+#define NRDI_FIND_TILES \
+    { "tiles", "tiles", NRDI_IF_SKY, 0, NRDI_TILE_PX, 0, \
+      { NRDI_IN(IN_VIEWZ), NRDI_WRITE(NRDI_TILE_AGE), NRDI_WRITE(NRDI_TILE_LIST), \
+        { NRDI_TEXTURE(NRDI_TILE_GROUPS), NRD_ACCESS_BUFFER, 0, 0 }, { NRDI_PREVIOUS(NRDI_TILE_GROUPS), NRD_ACCESS_BUFFER, 0, 0 }, NRDI_STOP } }
 
 enum { NRDI_TAP, NRDI_STATE };
 #define NRDI_LOBE_DIFF 0
@@ -854,11 +870,11 @@ enum { NRDI_TAP, NRDI_STATE };
     { "DIFF_HISTORY", NRD_FORMAT_RGBA16_FLOAT, 1, NRDI_PERMANENT }, \
     { "DIFF_STABILIZED", NRD_FORMAT_R16_FLOAT, 1, NRDI_PERMANENT }, \
     { "DIFF_TILE", NRD_FORMAT_RGBA16_FLOAT, NRDI_TILE_PX, NRDI_PERMANENT }, \
-    { "DIFF_TILE_RAW", NRD_FORMAT_RGBA16_FLOAT, NRDI_TILE_PX, NRDI_TRANSIENT }, \
+    { "DIFF_TILE_RAW", NRD_FORMAT_RGBA16_FLOAT, NRDI_TILE_PX, NRDI_PERMANENT }, \
     { "SPEC_HISTORY", NRD_FORMAT_RGBA16_FLOAT, 1, NRDI_PERMANENT }, \
     { "SPEC_STABILIZED", NRD_FORMAT_R16_FLOAT, 1, NRDI_PERMANENT }, \
     { "SPEC_TILE", NRD_FORMAT_RGBA16_FLOAT, NRDI_TILE_PX, NRDI_PERMANENT }, \
-    { "SPEC_TILE_RAW", NRD_FORMAT_RGBA16_FLOAT, NRDI_TILE_PX, NRDI_TRANSIENT }, \
+    { "SPEC_TILE_RAW", NRD_FORMAT_RGBA16_FLOAT, NRDI_TILE_PX, NRDI_PERMANENT }, \
     { "DIFF_SH_HISTORY", NRD_FORMAT_RGBA16_FLOAT, 1, NRDI_PERMANENT }, \
     { "SPEC_SH_HISTORY", NRD_FORMAT_RGBA16_FLOAT, 1, NRDI_PERMANENT }, \
     { "DIFF_SH", NRD_FORMAT_R32_UINT, 1, NRDI_TRANSIENT }, \
@@ -896,14 +912,14 @@ enum { NRDI_TAP, NRDI_STATE };
 #define NRDI_RECONSTRUCTION(S, text) NRDI_RECONSTRUCTION_OF(S, S##_RADIANCE_HITDIST, text)
 #define NRDI_RECONSTRUCTION_OF(S, image, text) \
     { "hit distance reconstruction" text, "reblur_hit_distance_reconstruction", NRDI_IF_RECONSTRUCTION, NRD_FEATURE_HIT_DISTANCE_RECONSTRUCTION, 0, NRDI_LOBE_##S, \
-      { NRDI_IN(IN_NORMAL_ROUGHNESS), NRDI_IN(IN_VIEWZ), NRDI_IN(IN_##image), NRDI_WRITE(NRDI_##S##_HITDIST), NRDI_STOP } }
+      { NRDI_IN(IN_NORMAL_ROUGHNESS), NRDI_IN(IN_VIEWZ), NRDI_IN(IN_##image), NRDI_WRITE(NRDI_##S##_HITDIST), NRDI_TILES, NRDI_STOP } }
 #define NRDI_PREPASS(S, shader, text, prepass) \
     { "pre-pass" text, shader, prepass, NRD_FEATURE_PREPASS, 0, 0, \
-      { NRDI_IN(IN_NORMAL_ROUGHNESS), NRDI_IN(IN_VIEWZ), NRDI_IN(IN_##S##_RADIANCE_HITDIST), NRDI_OUT(OUT_##S##_RADIANCE_HITDIST), NRDI_HITDIST(S), NRDI_STOP } }
+      { NRDI_IN(IN_NORMAL_ROUGHNESS), NRDI_IN(IN_VIEWZ), NRDI_IN(IN_##S##_RADIANCE_HITDIST), NRDI_OUT(OUT_##S##_RADIANCE_HITDIST), NRDI_HITDIST(S), NRDI_TILES, NRDI_STOP } }
 #define NRDI_PREPASS_SH(S, shader, text, prepass) \
     { "pre-pass" text, shader, prepass, NRD_FEATURE_PREPASS, 0, 0, \
       { NRDI_IN(IN_NORMAL_ROUGHNESS), NRDI_IN(IN_VIEWZ), NRDI_IN(IN_##S##_SH0), NRDI_OUT(OUT_##S##_SH0), NRDI_HITDIST_OF(S, S##_SH0), \
-        NRDI_IN(IN_##S##_SH1), NRDI_OUT(OUT_##S##_SH1), NRDI_STOP } }
+        NRDI_IN(IN_##S##_SH1), NRDI_OUT(OUT_##S##_SH1), NRDI_TILES, NRDI_STOP } }
 #define NRDI_LIGHTING_CHANGE(S, text) \
     { "lighting change" text, "reblur_lighting_change", NRDI_IF_ANTILAG, 0, NRDI_TILE_PX, 0, \
       { NRDI_READ(NRDI_##S##_TILE_RAW), NRDI_READ(NRDI_##S##_TILE), NRDI_WRITE(NRDI_##S##_TILE), NRDI_STOP } }
@@ -934,54 +950,54 @@ static const nrdi_denoiser_row nrdi_rows[] = {
 #if NRDI_WITH(REBLUR_DIFFUSE)
     { NRDI_FAMILY_REBLUR,
       { NRDI_REBLUR_TEXTURES },
-      { NRDI_RECONSTRUCTION(DIFF, ""), NRDI_PREPASS(DIFF, "reblur_prepass_diffuse", "", NRDI_IF_PREPASS),
+      { NRDI_FIND_TILES, NRDI_RECONSTRUCTION(DIFF, ""), NRDI_PREPASS(DIFF, "reblur_prepass_diffuse", "", NRDI_IF_PREPASS),
         { "temporal accumulation", "reblur_temporal_accumulation_diffuse", NRDI_ALWAYS, 0, 0, 0,
-          { NRDI_ACCUMULATION_GUIDES, NRDI_ACCUMULATION_SIGNAL(DIFF, NRDI_IF_PREPASS), NRDI_HITDIST(DIFF), NRDI_STOP } },
+          { NRDI_ACCUMULATION_GUIDES, NRDI_ACCUMULATION_SIGNAL(DIFF, NRDI_IF_PREPASS), NRDI_HITDIST(DIFF), NRDI_TILES, NRDI_STOP } },
         NRDI_LIGHTING_CHANGE(DIFF, ""),
-        { "blur", "reblur_blur_diffuse", NRDI_ALWAYS, 0, 0, 0, { NRDI_READ(NRDI_GUIDE), NRDI_BLUR_SIGNAL(DIFF, NRDI_GUIDE), NRDI_STOP } },
-        { "post-blur 1", "reblur_stabilization_diffuse", NRDI_IF_BLUR, 0, 0, 1, { NRDI_READ(NRDI_GUIDE), NRDI_STABILIZATION_SIGNAL(DIFF, NRDI_GUIDE), NRDI_STOP } },
-        { "post-blur 2", "reblur_blur_diffuse", NRDI_IF_BLUR, 0, 0, 2, { NRDI_READ(NRDI_GUIDE), NRDI_BLUR_SIGNAL(DIFF, NRDI_GUIDE), NRDI_STOP } },
-        { "stabilization", "reblur_stabilization_diffuse", NRDI_ALWAYS, 0, 0, 3, { NRDI_READ(NRDI_GUIDE), NRDI_STABILIZATION_SIGNAL(DIFF, NRDI_GUIDE), NRDI_STOP } },
+        { "blur", "reblur_blur_diffuse", NRDI_ALWAYS, 0, 0, 0, { NRDI_READ(NRDI_GUIDE), NRDI_BLUR_SIGNAL(DIFF, NRDI_GUIDE), NRDI_TILES, NRDI_STOP } },
+        { "post-blur 1", "reblur_stabilization_diffuse", NRDI_IF_BLUR, 0, 0, 1, { NRDI_READ(NRDI_GUIDE), NRDI_STABILIZATION_SIGNAL(DIFF, NRDI_GUIDE), NRDI_TILES, NRDI_STOP } },
+        { "post-blur 2", "reblur_blur_diffuse", NRDI_IF_BLUR, 0, 0, 2, { NRDI_READ(NRDI_GUIDE), NRDI_BLUR_SIGNAL(DIFF, NRDI_GUIDE), NRDI_TILES, NRDI_STOP } },
+        { "stabilization", "reblur_stabilization_diffuse", NRDI_ALWAYS, 0, 0, 3, { NRDI_READ(NRDI_GUIDE), NRDI_STABILIZATION_SIGNAL(DIFF, NRDI_GUIDE), NRDI_TILES, NRDI_STOP } },
         NRDI_SPLIT_SCREEN(DIFF, ""),
         NRDI_DEBUG(NRD_SIGNALS_RADIANCE + 0, IN_DIFF_RADIANCE_HITDIST, IN_DIFF_RADIANCE_HITDIST, NRDI_GUIDE, NRDI_GUIDE, IN, IN_VIEWZ) } },
 #endif
 #if NRDI_WITH(REBLUR_SPECULAR)
     { NRDI_FAMILY_REBLUR,
       { NRDI_REBLUR_TEXTURES },
-      { NRDI_RECONSTRUCTION(SPEC, ""), NRDI_PREPASS(SPEC, "reblur_prepass_specular", "", NRDI_IF_SPEC_PREPASS),
+      { NRDI_FIND_TILES, NRDI_RECONSTRUCTION(SPEC, ""), NRDI_PREPASS(SPEC, "reblur_prepass_specular", "", NRDI_IF_SPEC_PREPASS),
         { "temporal accumulation", "reblur_temporal_accumulation_specular", NRDI_ALWAYS, 0, 0, 0,
-          { NRDI_ACCUMULATION_GUIDES, NRDI_READ_PREV(NRDI_SPEC_TRACK), NRDI_WRITE(NRDI_SPEC_TRACK), NRDI_ACCUMULATION_SIGNAL(SPEC, NRDI_IF_SPEC_PREPASS), NRDI_SPECULAR_EXTRAS, NRDI_STOP } },
+          { NRDI_ACCUMULATION_GUIDES, NRDI_READ_PREV(NRDI_SPEC_TRACK), NRDI_WRITE(NRDI_SPEC_TRACK), NRDI_ACCUMULATION_SIGNAL(SPEC, NRDI_IF_SPEC_PREPASS), NRDI_SPECULAR_EXTRAS, NRDI_TILES, NRDI_STOP } },
         NRDI_LIGHTING_CHANGE(SPEC, ""),
         { "blur", "reblur_blur_specular", NRDI_ALWAYS, 0, 0, 0,
-          { NRDI_READ(NRDI_GUIDE), NRDI_READ(NRDI_SPEC_TRACK), NRDI_BLUR_SIGNAL(SPEC, NRDI_GUIDE), NRDI_STOP } },
+          { NRDI_READ(NRDI_GUIDE), NRDI_READ(NRDI_SPEC_TRACK), NRDI_BLUR_SIGNAL(SPEC, NRDI_GUIDE), NRDI_TILES, NRDI_STOP } },
         { "post-blur 1", "reblur_stabilization_specular", NRDI_IF_BLUR, 0, 0, 1,
-          { NRDI_READ(NRDI_GUIDE), NRDI_READ(NRDI_SPEC_TRACK), NRDI_STABILIZATION_SIGNAL(SPEC, NRDI_GUIDE), NRDI_STOP } },
+          { NRDI_READ(NRDI_GUIDE), NRDI_READ(NRDI_SPEC_TRACK), NRDI_STABILIZATION_SIGNAL(SPEC, NRDI_GUIDE), NRDI_TILES, NRDI_STOP } },
         { "post-blur 2", "reblur_blur_specular", NRDI_IF_BLUR, 0, 0, 2,
-          { NRDI_READ(NRDI_GUIDE), NRDI_READ(NRDI_SPEC_TRACK), NRDI_BLUR_SIGNAL(SPEC, NRDI_GUIDE), NRDI_STOP } },
+          { NRDI_READ(NRDI_GUIDE), NRDI_READ(NRDI_SPEC_TRACK), NRDI_BLUR_SIGNAL(SPEC, NRDI_GUIDE), NRDI_TILES, NRDI_STOP } },
         { "stabilization", "reblur_stabilization_specular", NRDI_ALWAYS, 0, 0, 3,
-          { NRDI_READ(NRDI_GUIDE), NRDI_READ(NRDI_SPEC_TRACK), NRDI_STABILIZATION_SIGNAL(SPEC, NRDI_GUIDE), NRDI_STOP } },
+          { NRDI_READ(NRDI_GUIDE), NRDI_READ(NRDI_SPEC_TRACK), NRDI_STABILIZATION_SIGNAL(SPEC, NRDI_GUIDE), NRDI_TILES, NRDI_STOP } },
         NRDI_SPLIT_SCREEN(SPEC, ""),
         NRDI_DEBUG(NRD_SIGNALS_RADIANCE + 1, IN_SPEC_RADIANCE_HITDIST, IN_SPEC_RADIANCE_HITDIST, NRDI_GUIDE, NRDI_SPEC_TRACK, IN, IN_VIEWZ) } },
 #endif
 #if NRDI_WITH(REBLUR_DIFFUSE_SPECULAR)
     { NRDI_FAMILY_REBLUR,
       { NRDI_REBLUR_TEXTURES },
-      { NRDI_RECONSTRUCTION(DIFF, " (diffuse)"), NRDI_RECONSTRUCTION(SPEC, " (specular)"),
+      { NRDI_FIND_TILES, NRDI_RECONSTRUCTION(DIFF, " (diffuse)"), NRDI_RECONSTRUCTION(SPEC, " (specular)"),
         NRDI_PREPASS(DIFF, "reblur_prepass_diffuse", " (diffuse)", NRDI_IF_PREPASS),
         NRDI_PREPASS(SPEC, "reblur_prepass_specular", " (specular)", NRDI_IF_SPEC_PREPASS),
         { "temporal accumulation", "reblur_temporal_accumulation_diffuse_specular", NRDI_ALWAYS, 0, 0, 0,
           { NRDI_ACCUMULATION_GUIDES, NRDI_READ_PREV(NRDI_TRACK), NRDI_WRITE(NRDI_TRACK), NRDI_ACCUMULATION_SIGNAL(DIFF, NRDI_IF_PREPASS),
-            NRDI_ACCUMULATION_SIGNAL(SPEC, NRDI_IF_SPEC_PREPASS), NRDI_SPECULAR_EXTRAS, NRDI_HITDIST(DIFF), NRDI_STOP } },
+            NRDI_ACCUMULATION_SIGNAL(SPEC, NRDI_IF_SPEC_PREPASS), NRDI_SPECULAR_EXTRAS, NRDI_HITDIST(DIFF), NRDI_TILES, NRDI_STOP } },
         NRDI_LIGHTING_CHANGE(DIFF, " (diffuse)"),
         NRDI_LIGHTING_CHANGE(SPEC, " (specular)"),
         { "blur", "reblur_blur_diffuse_specular", NRDI_ALWAYS, 0, 0, 0,
-          { NRDI_READ(NRDI_GUIDE), NRDI_READ(NRDI_TRACK), NRDI_BLUR_SIGNAL(DIFF, NRDI_GUIDE), NRDI_BLUR_SIGNAL(SPEC, NRDI_TRACK), NRDI_STOP } },
+          { NRDI_READ(NRDI_GUIDE), NRDI_READ(NRDI_TRACK), NRDI_BLUR_SIGNAL(DIFF, NRDI_GUIDE), NRDI_BLUR_SIGNAL(SPEC, NRDI_TRACK), NRDI_TILES, NRDI_STOP } },
         { "post-blur 1", "reblur_stabilization_diffuse_specular", NRDI_IF_BLUR, 0, 0, 1,
-          { NRDI_READ(NRDI_GUIDE), NRDI_READ(NRDI_TRACK), NRDI_STABILIZATION_SIGNAL(DIFF, NRDI_GUIDE), NRDI_STABILIZATION_SIGNAL(SPEC, NRDI_TRACK), NRDI_STOP } },
+          { NRDI_READ(NRDI_GUIDE), NRDI_READ(NRDI_TRACK), NRDI_STABILIZATION_SIGNAL(DIFF, NRDI_GUIDE), NRDI_STABILIZATION_SIGNAL(SPEC, NRDI_TRACK), NRDI_TILES, NRDI_STOP } },
         { "post-blur 2", "reblur_blur_diffuse_specular", NRDI_IF_BLUR, 0, 0, 2,
-          { NRDI_READ(NRDI_GUIDE), NRDI_READ(NRDI_TRACK), NRDI_BLUR_SIGNAL(DIFF, NRDI_GUIDE), NRDI_BLUR_SIGNAL(SPEC, NRDI_TRACK), NRDI_STOP } },
+          { NRDI_READ(NRDI_GUIDE), NRDI_READ(NRDI_TRACK), NRDI_BLUR_SIGNAL(DIFF, NRDI_GUIDE), NRDI_BLUR_SIGNAL(SPEC, NRDI_TRACK), NRDI_TILES, NRDI_STOP } },
         { "stabilization", "reblur_stabilization_diffuse_specular", NRDI_ALWAYS, 0, 0, 3,
-          { NRDI_READ(NRDI_GUIDE), NRDI_READ(NRDI_TRACK), NRDI_STABILIZATION_SIGNAL(DIFF, NRDI_GUIDE), NRDI_STABILIZATION_SIGNAL(SPEC, NRDI_TRACK), NRDI_STOP } },
+          { NRDI_READ(NRDI_GUIDE), NRDI_READ(NRDI_TRACK), NRDI_STABILIZATION_SIGNAL(DIFF, NRDI_GUIDE), NRDI_STABILIZATION_SIGNAL(SPEC, NRDI_TRACK), NRDI_TILES, NRDI_STOP } },
         NRDI_SPLIT_SCREEN(DIFF, " (diffuse)"), NRDI_SPLIT_SCREEN(SPEC, " (specular)"),
         NRDI_DEBUG(NRD_SIGNALS_RADIANCE + 2, IN_DIFF_RADIANCE_HITDIST, IN_SPEC_RADIANCE_HITDIST, NRDI_GUIDE, NRDI_TRACK, IN, IN_VIEWZ) } },
 #endif
@@ -989,27 +1005,27 @@ static const nrdi_denoiser_row nrdi_rows[] = {
     { NRDI_FAMILY_OCCLUSION,   /* the previous half of TAP is dead after accumulation too: it holds the once filtered signal */
       { { "TAP", NRD_FORMAT_R32_UINT, 1, NRDI_PING_PONG },
         { "STATE", NRD_FORMAT_R16_UINT, 1, NRDI_PING_PONG } },
-      { { "temporal accumulation", "reblur_diffuse_occlusion_accumulation", NRDI_ALWAYS, 0, 0, 0,
+      { NRDI_FIND_TILES, { "temporal accumulation", "reblur_diffuse_occlusion_accumulation", NRDI_ALWAYS, 0, 0, 0,
           { NRDI_MOTION, NRDI_IN(IN_NORMAL_ROUGHNESS), NRDI_IN(IN_VIEWZ), NRDI_IN(IN_DIFF_HITDIST), NRDI_LINEAR_CONFIDENCE(DIFF),
             NRDI_IN_IF(IN_DISOCCLUSION_THRESHOLD_MIX, NRDI_IF_THRESHOLD_MIX, IN_VIEWZ),
-            NRDI_READ_PREV(NRDI_TAP), NRDI_READ_PREV(NRDI_STATE), NRDI_WRITE(NRDI_TAP), NRDI_WRITE(NRDI_STATE), NRDI_STOP } },
+            NRDI_READ_PREV(NRDI_TAP), NRDI_READ_PREV(NRDI_STATE), NRDI_WRITE(NRDI_TAP), NRDI_WRITE(NRDI_STATE), NRDI_TILES, NRDI_STOP } },
         { "blur", "reblur_diffuse_occlusion_blur", NRDI_IF_BLUR, 0, 0, 0,
-          { NRDI_IN(IN_NORMAL_ROUGHNESS), NRDI_READ(NRDI_TAP), NRDI_READ(NRDI_STATE), NRDI_WRITE_PREV(NRDI_TAP), NRDI_STOP } },
+          { NRDI_IN(IN_NORMAL_ROUGHNESS), NRDI_READ(NRDI_TAP), NRDI_READ(NRDI_STATE), NRDI_WRITE_PREV(NRDI_TAP), NRDI_TILES, NRDI_STOP } },
         { "post-blur", "reblur_diffuse_occlusion_post_blur", NRDI_ALWAYS, 0, 0, 1,
-          { NRDI_IN(IN_NORMAL_ROUGHNESS), NRDI_READ_PREV_IF(NRDI_TAP, NRDI_IF_BLUR), NRDI_READ(NRDI_STATE), NRDI_OUT(OUT_DIFF_HITDIST), NRDI_STOP } },
+          { NRDI_IN(IN_NORMAL_ROUGHNESS), NRDI_READ_PREV_IF(NRDI_TAP, NRDI_IF_BLUR), NRDI_READ(NRDI_STATE), NRDI_OUT(OUT_DIFF_HITDIST), NRDI_TILES, NRDI_STOP } },
         NRDI_OCCLUSION_SPLIT(DIFF),
         NRDI_DEBUG(NRD_SIGNALS_HIT_DIST + 0, IN_DIFF_HITDIST, IN_DIFF_HITDIST, NRDI_TAP, NRDI_STATE, IN, IN_VIEWZ) } },
 #endif
 #if NRDI_WITH(REBLUR_SPECULAR_OCCLUSION)
     { NRDI_FAMILY_OCCLUSION,
       { { "TAP", NRD_FORMAT_RG32_UINT, 1, NRDI_PING_PONG } },
-      { { "temporal accumulation", "reblur_specular_occlusion_accumulation", NRDI_ALWAYS, 0, 0, 0,
+      { NRDI_FIND_TILES, { "temporal accumulation", "reblur_specular_occlusion_accumulation", NRDI_ALWAYS, 0, 0, 0,
           { NRDI_MOTION, NRDI_IN(IN_NORMAL_ROUGHNESS), NRDI_IN(IN_VIEWZ), NRDI_IN(IN_SPEC_HITDIST), NRDI_LINEAR_CONFIDENCE(SPEC),
-            NRDI_IN_IF(IN_DISOCCLUSION_THRESHOLD_MIX, NRDI_IF_THRESHOLD_MIX, IN_VIEWZ), NRDI_READ_PREV(NRDI_TAP), NRDI_WRITE(NRDI_TAP), NRDI_STOP } },
+            NRDI_IN_IF(IN_DISOCCLUSION_THRESHOLD_MIX, NRDI_IF_THRESHOLD_MIX, IN_VIEWZ), NRDI_READ_PREV(NRDI_TAP), NRDI_WRITE(NRDI_TAP), NRDI_TILES, NRDI_STOP } },
         { "blur", "reblur_specular_occlusion_blur", NRDI_IF_BLUR, 0, 0, 0,
-          { NRDI_IN(IN_NORMAL_ROUGHNESS), NRDI_READ(NRDI_TAP), NRDI_WRITE_PREV(NRDI_TAP), NRDI_STOP } },
+          { NRDI_IN(IN_NORMAL_ROUGHNESS), NRDI_READ(NRDI_TAP), NRDI_WRITE_PREV(NRDI_TAP), NRDI_TILES, NRDI_STOP } },
         { "post-blur", "reblur_specular_occlusion_post_blur", NRDI_ALWAYS, 0, 0, 1,
-          { NRDI_IN(IN_NORMAL_ROUGHNESS), NRDI_READ_PREV_IF(NRDI_TAP, NRDI_IF_BLUR), NRDI_OUT(OUT_SPEC_HITDIST), NRDI_STOP } },
+          { NRDI_IN(IN_NORMAL_ROUGHNESS), NRDI_READ_PREV_IF(NRDI_TAP, NRDI_IF_BLUR), NRDI_OUT(OUT_SPEC_HITDIST), NRDI_TILES, NRDI_STOP } },
         NRDI_OCCLUSION_SPLIT(SPEC),
         NRDI_DEBUG(NRD_SIGNALS_HIT_DIST + 1, IN_SPEC_HITDIST, IN_SPEC_HITDIST, NRDI_TAP, NRDI_TAP, IN, IN_VIEWZ) } },
 #endif
@@ -1017,15 +1033,15 @@ static const nrdi_denoiser_row nrdi_rows[] = {
     { NRDI_FAMILY_OCCLUSION,
       { { "TAP", NRD_FORMAT_RG32_UINT, 1, NRDI_PING_PONG },
         { "STATE", NRD_FORMAT_R16_UINT, 1, NRDI_PING_PONG } },
-      { { "temporal accumulation", "reblur_diffuse_specular_occlusion_accumulation", NRDI_ALWAYS, 0, 0, 0,
+      { NRDI_FIND_TILES, { "temporal accumulation", "reblur_diffuse_specular_occlusion_accumulation", NRDI_ALWAYS, 0, 0, 0,
           { NRDI_MOTION, NRDI_IN(IN_NORMAL_ROUGHNESS), NRDI_IN(IN_VIEWZ), NRDI_IN(IN_DIFF_HITDIST), NRDI_LINEAR_CONFIDENCE(DIFF),
             NRDI_IN_IF(IN_DISOCCLUSION_THRESHOLD_MIX, NRDI_IF_THRESHOLD_MIX, IN_VIEWZ), NRDI_READ_PREV(NRDI_TAP), NRDI_READ_PREV(NRDI_STATE),
-            NRDI_WRITE(NRDI_TAP), NRDI_WRITE(NRDI_STATE), NRDI_IN(IN_SPEC_HITDIST), NRDI_LINEAR_CONFIDENCE(SPEC), NRDI_STOP } },
+            NRDI_WRITE(NRDI_TAP), NRDI_WRITE(NRDI_STATE), NRDI_IN(IN_SPEC_HITDIST), NRDI_LINEAR_CONFIDENCE(SPEC), NRDI_TILES, NRDI_STOP } },
         { "blur", "reblur_diffuse_specular_occlusion_blur", NRDI_IF_BLUR, 0, 0, 0,
-          { NRDI_IN(IN_NORMAL_ROUGHNESS), NRDI_READ(NRDI_TAP), NRDI_READ(NRDI_STATE), NRDI_WRITE_PREV(NRDI_TAP), NRDI_STOP } },
+          { NRDI_IN(IN_NORMAL_ROUGHNESS), NRDI_READ(NRDI_TAP), NRDI_READ(NRDI_STATE), NRDI_WRITE_PREV(NRDI_TAP), NRDI_TILES, NRDI_STOP } },
         { "post-blur", "reblur_diffuse_specular_occlusion_post_blur", NRDI_ALWAYS, 0, 0, 1,
           { NRDI_IN(IN_NORMAL_ROUGHNESS), NRDI_READ_PREV_IF(NRDI_TAP, NRDI_IF_BLUR), NRDI_READ(NRDI_STATE), NRDI_OUT(OUT_DIFF_HITDIST),
-            NRDI_OUT(OUT_SPEC_HITDIST), NRDI_STOP } },
+            NRDI_OUT(OUT_SPEC_HITDIST), NRDI_TILES, NRDI_STOP } },
         NRDI_OCCLUSION_SPLIT(DIFF), NRDI_OCCLUSION_SPLIT(SPEC),
         NRDI_DEBUG(NRD_SIGNALS_HIT_DIST + 2, IN_DIFF_HITDIST, IN_SPEC_HITDIST, NRDI_TAP, NRDI_STATE, IN, IN_VIEWZ) } },
 #endif
@@ -1033,14 +1049,14 @@ static const nrdi_denoiser_row nrdi_rows[] = {
     { NRDI_FAMILY_OCCLUSION,
       { { "TAP", NRD_FORMAT_RG32_UINT, 1, NRDI_PING_PONG },
         { "STATE", NRD_FORMAT_R16_UINT, 1, NRDI_PING_PONG } },
-      { { "temporal accumulation", "reblur_directional_occlusion_accumulation", NRDI_ALWAYS, 0, 0, 0,
+      { NRDI_FIND_TILES, { "temporal accumulation", "reblur_directional_occlusion_accumulation", NRDI_ALWAYS, 0, 0, 0,
           { NRDI_MOTION, NRDI_IN(IN_NORMAL_ROUGHNESS), NRDI_IN(IN_VIEWZ), NRDI_IN(IN_DIFF_DIRECTION_HITDIST),
             NRDI_LINEAR_IF(IN_DIFF_CONFIDENCE, NRDI_IF_CONFIDENCE, IN_DIFF_DIRECTION_HITDIST), NRDI_IN_IF(IN_DISOCCLUSION_THRESHOLD_MIX, NRDI_IF_THRESHOLD_MIX, IN_VIEWZ),
-            NRDI_READ_PREV(NRDI_TAP), NRDI_READ_PREV(NRDI_STATE), NRDI_WRITE(NRDI_TAP), NRDI_WRITE(NRDI_STATE), NRDI_STOP } },
+            NRDI_READ_PREV(NRDI_TAP), NRDI_READ_PREV(NRDI_STATE), NRDI_WRITE(NRDI_TAP), NRDI_WRITE(NRDI_STATE), NRDI_TILES, NRDI_STOP } },
         { "blur", "reblur_directional_occlusion_blur", NRDI_IF_BLUR, 0, 0, 0,
-          { NRDI_IN(IN_NORMAL_ROUGHNESS), NRDI_READ(NRDI_TAP), NRDI_READ(NRDI_STATE), NRDI_WRITE_PREV(NRDI_TAP), NRDI_STOP } },
+          { NRDI_IN(IN_NORMAL_ROUGHNESS), NRDI_READ(NRDI_TAP), NRDI_READ(NRDI_STATE), NRDI_WRITE_PREV(NRDI_TAP), NRDI_TILES, NRDI_STOP } },
         { "post-blur", "reblur_directional_occlusion_post_blur", NRDI_ALWAYS, 0, 0, 1,
-          { NRDI_IN(IN_NORMAL_ROUGHNESS), NRDI_READ_PREV_IF(NRDI_TAP, NRDI_IF_BLUR), NRDI_READ(NRDI_STATE), NRDI_OUT(OUT_DIFF_DIRECTION_HITDIST), NRDI_STOP } },
+          { NRDI_IN(IN_NORMAL_ROUGHNESS), NRDI_READ_PREV_IF(NRDI_TAP, NRDI_IF_BLUR), NRDI_READ(NRDI_STATE), NRDI_OUT(OUT_DIFF_DIRECTION_HITDIST), NRDI_TILES, NRDI_STOP } },
         { "split screen", "reblur_split_screen", NRDI_IF_SPLIT, NRD_FEATURE_SPLIT_SCREEN, 0, 0,
           { NRDI_IN(IN_VIEWZ), NRDI_IN(IN_DIFF_DIRECTION_HITDIST), NRDI_OUT(OUT_DIFF_DIRECTION_HITDIST), NRDI_STOP } },
         NRDI_DEBUG(NRD_SIGNALS_DIRECTION, IN_DIFF_DIRECTION_HITDIST, IN_DIFF_DIRECTION_HITDIST, NRDI_TAP, NRDI_STATE, IN, IN_VIEWZ) } },
@@ -1091,65 +1107,65 @@ static const nrdi_denoiser_row nrdi_rows[] = {
 #if NRDI_WITH(REBLUR_DIFFUSE_SH)
     { NRDI_FAMILY_REBLUR,
       { NRDI_REBLUR_TEXTURES },
-      { NRDI_RECONSTRUCTION_OF(DIFF, DIFF_SH0, ""), NRDI_PREPASS_SH(DIFF, "reblur_prepass_diffuse_sh", "", NRDI_IF_PREPASS),
+      { NRDI_FIND_TILES, NRDI_RECONSTRUCTION_OF(DIFF, DIFF_SH0, ""), NRDI_PREPASS_SH(DIFF, "reblur_prepass_diffuse_sh", "", NRDI_IF_PREPASS),
         { "temporal accumulation", "reblur_temporal_accumulation_diffuse_sh", NRDI_ALWAYS, 0, 0, 0,
           { NRDI_ACCUMULATION_GUIDES, NRDI_ACCUMULATION_OF(DIFF, DIFF_SH0, NRDI_IF_PREPASS), NRDI_HITDIST_OF(DIFF, DIFF_SH0),
-            NRDI_ACCUMULATION_SH(DIFF, NRDI_IF_PREPASS), NRDI_STOP } },
+            NRDI_ACCUMULATION_SH(DIFF, NRDI_IF_PREPASS), NRDI_TILES, NRDI_STOP } },
         NRDI_LIGHTING_CHANGE(DIFF, ""),
         { "blur", "reblur_blur_diffuse_sh", NRDI_ALWAYS, 0, 0, 0,
-          { NRDI_READ(NRDI_GUIDE), NRDI_BLUR_OF(DIFF, DIFF_SH0, NRDI_GUIDE), NRDI_IN(OUT_DIFF_SH1), NRDI_WRITE(NRDI_DIFF_SH), NRDI_WRITE(NRDI_DIFF_SH_HISTORY), NRDI_STOP } },
+          { NRDI_READ(NRDI_GUIDE), NRDI_BLUR_OF(DIFF, DIFF_SH0, NRDI_GUIDE), NRDI_IN(OUT_DIFF_SH1), NRDI_WRITE(NRDI_DIFF_SH), NRDI_WRITE(NRDI_DIFF_SH_HISTORY), NRDI_TILES, NRDI_STOP } },
         { "post-blur 1", "reblur_stabilization_diffuse_sh", NRDI_IF_BLUR, 0, 0, 1,
-          { NRDI_READ(NRDI_GUIDE), NRDI_STABILIZATION_OF(DIFF, DIFF_SH0, NRDI_GUIDE), NRDI_READ(NRDI_DIFF_SH), NRDI_OUT(OUT_DIFF_SH1), NRDI_STOP } },
+          { NRDI_READ(NRDI_GUIDE), NRDI_STABILIZATION_OF(DIFF, DIFF_SH0, NRDI_GUIDE), NRDI_READ(NRDI_DIFF_SH), NRDI_OUT(OUT_DIFF_SH1), NRDI_TILES, NRDI_STOP } },
         { "post-blur 2", "reblur_blur_diffuse_sh", NRDI_IF_BLUR, 0, 0, 2,
-          { NRDI_READ(NRDI_GUIDE), NRDI_BLUR_OF(DIFF, DIFF_SH0, NRDI_GUIDE), NRDI_IN(OUT_DIFF_SH1), NRDI_WRITE(NRDI_DIFF_SH), NRDI_WRITE(NRDI_DIFF_SH_HISTORY), NRDI_STOP } },
+          { NRDI_READ(NRDI_GUIDE), NRDI_BLUR_OF(DIFF, DIFF_SH0, NRDI_GUIDE), NRDI_IN(OUT_DIFF_SH1), NRDI_WRITE(NRDI_DIFF_SH), NRDI_WRITE(NRDI_DIFF_SH_HISTORY), NRDI_TILES, NRDI_STOP } },
         { "stabilization", "reblur_stabilization_diffuse_sh", NRDI_ALWAYS, 0, 0, 3,
-          { NRDI_READ(NRDI_GUIDE), NRDI_STABILIZATION_OF(DIFF, DIFF_SH0, NRDI_GUIDE), NRDI_READ(NRDI_DIFF_SH), NRDI_OUT(OUT_DIFF_SH1), NRDI_STOP } },
+          { NRDI_READ(NRDI_GUIDE), NRDI_STABILIZATION_OF(DIFF, DIFF_SH0, NRDI_GUIDE), NRDI_READ(NRDI_DIFF_SH), NRDI_OUT(OUT_DIFF_SH1), NRDI_TILES, NRDI_STOP } },
         NRDI_SPLIT_SCREEN_OF(DIFF_SH0, NRDI_LOBE_DIFF, " (SH0)"), NRDI_SPLIT_SCREEN_OF(DIFF_SH1, NRDI_LOBE_DIFF, " (SH1)"),
         NRDI_DEBUG(NRD_SIGNALS_RADIANCE + 0, IN_DIFF_SH0, IN_DIFF_SH0, NRDI_GUIDE, NRDI_GUIDE, IN, IN_VIEWZ) } },
 #endif
 #if NRDI_WITH(REBLUR_SPECULAR_SH)
     { NRDI_FAMILY_REBLUR,      /* the previous half of SPEC_TRACK is dead after accumulation, too */
       { NRDI_REBLUR_TEXTURES },
-      { NRDI_RECONSTRUCTION_OF(SPEC, SPEC_SH0, ""), NRDI_PREPASS_SH(SPEC, "reblur_prepass_specular_sh", "", NRDI_IF_SPEC_PREPASS),
+      { NRDI_FIND_TILES, NRDI_RECONSTRUCTION_OF(SPEC, SPEC_SH0, ""), NRDI_PREPASS_SH(SPEC, "reblur_prepass_specular_sh", "", NRDI_IF_SPEC_PREPASS),
         { "temporal accumulation", "reblur_temporal_accumulation_specular_sh", NRDI_ALWAYS, 0, 0, 0,
           { NRDI_ACCUMULATION_GUIDES, NRDI_READ_PREV(NRDI_SPEC_TRACK), NRDI_WRITE(NRDI_SPEC_TRACK), NRDI_ACCUMULATION_OF(SPEC, SPEC_SH0, NRDI_IF_SPEC_PREPASS),
-            NRDI_SPECULAR_EXTRAS_OF(SPEC_SH0), NRDI_ACCUMULATION_SH(SPEC, NRDI_IF_SPEC_PREPASS), NRDI_STOP } },
+            NRDI_SPECULAR_EXTRAS_OF(SPEC_SH0), NRDI_ACCUMULATION_SH(SPEC, NRDI_IF_SPEC_PREPASS), NRDI_TILES, NRDI_STOP } },
         NRDI_LIGHTING_CHANGE(SPEC, ""),
         { "blur", "reblur_blur_specular_sh", NRDI_ALWAYS, 0, 0, 0,
-          { NRDI_READ(NRDI_GUIDE), NRDI_READ(NRDI_SPEC_TRACK), NRDI_BLUR_OF(SPEC, SPEC_SH0, NRDI_GUIDE), NRDI_IN(OUT_SPEC_SH1), NRDI_WRITE_PREV(NRDI_SPEC_TRACK), NRDI_WRITE(NRDI_SPEC_SH_HISTORY), NRDI_STOP } },
+          { NRDI_READ(NRDI_GUIDE), NRDI_READ(NRDI_SPEC_TRACK), NRDI_BLUR_OF(SPEC, SPEC_SH0, NRDI_GUIDE), NRDI_IN(OUT_SPEC_SH1), NRDI_WRITE_PREV(NRDI_SPEC_TRACK), NRDI_WRITE(NRDI_SPEC_SH_HISTORY), NRDI_TILES, NRDI_STOP } },
         { "post-blur 1", "reblur_stabilization_specular_sh", NRDI_IF_BLUR, 0, 0, 1,
-          { NRDI_READ(NRDI_GUIDE), NRDI_READ(NRDI_SPEC_TRACK), NRDI_STABILIZATION_OF(SPEC, SPEC_SH0, NRDI_GUIDE), NRDI_READ_PREV(NRDI_SPEC_TRACK), NRDI_OUT(OUT_SPEC_SH1), NRDI_STOP } },
+          { NRDI_READ(NRDI_GUIDE), NRDI_READ(NRDI_SPEC_TRACK), NRDI_STABILIZATION_OF(SPEC, SPEC_SH0, NRDI_GUIDE), NRDI_READ_PREV(NRDI_SPEC_TRACK), NRDI_OUT(OUT_SPEC_SH1), NRDI_TILES, NRDI_STOP } },
         { "post-blur 2", "reblur_blur_specular_sh", NRDI_IF_BLUR, 0, 0, 2,
-          { NRDI_READ(NRDI_GUIDE), NRDI_READ(NRDI_SPEC_TRACK), NRDI_BLUR_OF(SPEC, SPEC_SH0, NRDI_GUIDE), NRDI_IN(OUT_SPEC_SH1), NRDI_WRITE_PREV(NRDI_SPEC_TRACK), NRDI_WRITE(NRDI_SPEC_SH_HISTORY), NRDI_STOP } },
+          { NRDI_READ(NRDI_GUIDE), NRDI_READ(NRDI_SPEC_TRACK), NRDI_BLUR_OF(SPEC, SPEC_SH0, NRDI_GUIDE), NRDI_IN(OUT_SPEC_SH1), NRDI_WRITE_PREV(NRDI_SPEC_TRACK), NRDI_WRITE(NRDI_SPEC_SH_HISTORY), NRDI_TILES, NRDI_STOP } },
         { "stabilization", "reblur_stabilization_specular_sh", NRDI_ALWAYS, 0, 0, 3,
-          { NRDI_READ(NRDI_GUIDE), NRDI_READ(NRDI_SPEC_TRACK), NRDI_STABILIZATION_OF(SPEC, SPEC_SH0, NRDI_GUIDE), NRDI_READ_PREV(NRDI_SPEC_TRACK), NRDI_OUT(OUT_SPEC_SH1), NRDI_STOP } },
+          { NRDI_READ(NRDI_GUIDE), NRDI_READ(NRDI_SPEC_TRACK), NRDI_STABILIZATION_OF(SPEC, SPEC_SH0, NRDI_GUIDE), NRDI_READ_PREV(NRDI_SPEC_TRACK), NRDI_OUT(OUT_SPEC_SH1), NRDI_TILES, NRDI_STOP } },
         NRDI_SPLIT_SCREEN_OF(SPEC_SH0, NRDI_LOBE_SPEC, " (SH0)"), NRDI_SPLIT_SCREEN_OF(SPEC_SH1, NRDI_LOBE_SPEC, " (SH1)"),
         NRDI_DEBUG(NRD_SIGNALS_RADIANCE + 1, IN_SPEC_SH0, IN_SPEC_SH0, NRDI_GUIDE, NRDI_SPEC_TRACK, IN, IN_VIEWZ) } },
 #endif
 #if NRDI_WITH(REBLUR_DIFFUSE_SPECULAR_SH)
     { NRDI_FAMILY_REBLUR,
       { NRDI_REBLUR_TEXTURES },
-      { NRDI_RECONSTRUCTION_OF(DIFF, DIFF_SH0, " (diffuse)"), NRDI_RECONSTRUCTION_OF(SPEC, SPEC_SH0, " (specular)"),
+      { NRDI_FIND_TILES, NRDI_RECONSTRUCTION_OF(DIFF, DIFF_SH0, " (diffuse)"), NRDI_RECONSTRUCTION_OF(SPEC, SPEC_SH0, " (specular)"),
         NRDI_PREPASS_SH(DIFF, "reblur_prepass_diffuse_sh", " (diffuse)", NRDI_IF_PREPASS),
         NRDI_PREPASS_SH(SPEC, "reblur_prepass_specular_sh", " (specular)", NRDI_IF_SPEC_PREPASS),
         { "temporal accumulation", "reblur_temporal_accumulation_diffuse_specular_sh", NRDI_ALWAYS, 0, 0, 0,
           { NRDI_ACCUMULATION_GUIDES, NRDI_READ_PREV(NRDI_TRACK), NRDI_WRITE(NRDI_TRACK), NRDI_ACCUMULATION_OF(DIFF, DIFF_SH0, NRDI_IF_PREPASS),
             NRDI_ACCUMULATION_OF(SPEC, SPEC_SH0, NRDI_IF_SPEC_PREPASS), NRDI_SPECULAR_EXTRAS_OF(SPEC_SH0), NRDI_HITDIST_OF(DIFF, DIFF_SH0),
-            NRDI_ACCUMULATION_SH(DIFF, NRDI_IF_PREPASS), NRDI_ACCUMULATION_SH(SPEC, NRDI_IF_SPEC_PREPASS), NRDI_STOP } },
+            NRDI_ACCUMULATION_SH(DIFF, NRDI_IF_PREPASS), NRDI_ACCUMULATION_SH(SPEC, NRDI_IF_SPEC_PREPASS), NRDI_TILES, NRDI_STOP } },
         NRDI_LIGHTING_CHANGE(DIFF, " (diffuse)"),
         NRDI_LIGHTING_CHANGE(SPEC, " (specular)"),
         { "blur", "reblur_blur_diffuse_specular_sh", NRDI_ALWAYS, 0, 0, 0,
           { NRDI_READ(NRDI_GUIDE), NRDI_READ(NRDI_TRACK), NRDI_BLUR_OF(DIFF, DIFF_SH0, NRDI_GUIDE), NRDI_BLUR_OF(SPEC, SPEC_SH0, NRDI_TRACK),
-            NRDI_IN(OUT_DIFF_SH1), NRDI_IN(OUT_SPEC_SH1), NRDI_WRITE(NRDI_SH), NRDI_WRITE(NRDI_DIFF_SH_HISTORY), NRDI_WRITE(NRDI_SPEC_SH_HISTORY), NRDI_STOP } },
+            NRDI_IN(OUT_DIFF_SH1), NRDI_IN(OUT_SPEC_SH1), NRDI_WRITE(NRDI_SH), NRDI_WRITE(NRDI_DIFF_SH_HISTORY), NRDI_WRITE(NRDI_SPEC_SH_HISTORY), NRDI_TILES, NRDI_STOP } },
         { "post-blur 1", "reblur_stabilization_diffuse_specular_sh", NRDI_IF_BLUR, 0, 0, 1,
           { NRDI_READ(NRDI_GUIDE), NRDI_READ(NRDI_TRACK), NRDI_STABILIZATION_OF(DIFF, DIFF_SH0, NRDI_GUIDE), NRDI_STABILIZATION_OF(SPEC, SPEC_SH0, NRDI_TRACK),
-            NRDI_READ(NRDI_SH), NRDI_OUT(OUT_DIFF_SH1), NRDI_OUT(OUT_SPEC_SH1), NRDI_STOP } },
+            NRDI_READ(NRDI_SH), NRDI_OUT(OUT_DIFF_SH1), NRDI_OUT(OUT_SPEC_SH1), NRDI_TILES, NRDI_STOP } },
         { "post-blur 2", "reblur_blur_diffuse_specular_sh", NRDI_IF_BLUR, 0, 0, 2,
           { NRDI_READ(NRDI_GUIDE), NRDI_READ(NRDI_TRACK), NRDI_BLUR_OF(DIFF, DIFF_SH0, NRDI_GUIDE), NRDI_BLUR_OF(SPEC, SPEC_SH0, NRDI_TRACK),
-            NRDI_IN(OUT_DIFF_SH1), NRDI_IN(OUT_SPEC_SH1), NRDI_WRITE(NRDI_SH), NRDI_WRITE(NRDI_DIFF_SH_HISTORY), NRDI_WRITE(NRDI_SPEC_SH_HISTORY), NRDI_STOP } },
+            NRDI_IN(OUT_DIFF_SH1), NRDI_IN(OUT_SPEC_SH1), NRDI_WRITE(NRDI_SH), NRDI_WRITE(NRDI_DIFF_SH_HISTORY), NRDI_WRITE(NRDI_SPEC_SH_HISTORY), NRDI_TILES, NRDI_STOP } },
         { "stabilization", "reblur_stabilization_diffuse_specular_sh", NRDI_ALWAYS, 0, 0, 3,
           { NRDI_READ(NRDI_GUIDE), NRDI_READ(NRDI_TRACK), NRDI_STABILIZATION_OF(DIFF, DIFF_SH0, NRDI_GUIDE), NRDI_STABILIZATION_OF(SPEC, SPEC_SH0, NRDI_TRACK),
-            NRDI_READ(NRDI_SH), NRDI_OUT(OUT_DIFF_SH1), NRDI_OUT(OUT_SPEC_SH1), NRDI_STOP } },
+            NRDI_READ(NRDI_SH), NRDI_OUT(OUT_DIFF_SH1), NRDI_OUT(OUT_SPEC_SH1), NRDI_TILES, NRDI_STOP } },
         NRDI_SPLIT_SCREEN_OF(DIFF_SH0, NRDI_LOBE_DIFF, " (diffuse SH0)"), NRDI_SPLIT_SCREEN_OF(DIFF_SH1, NRDI_LOBE_DIFF, " (diffuse SH1)"),
         NRDI_SPLIT_SCREEN_OF(SPEC_SH0, NRDI_LOBE_SPEC, " (specular SH0)"), NRDI_SPLIT_SCREEN_OF(SPEC_SH1, NRDI_LOBE_SPEC, " (specular SH1)"),
         NRDI_DEBUG(NRD_SIGNALS_RADIANCE + 2, IN_DIFF_SH0, IN_SPEC_SH0, NRDI_GUIDE, NRDI_TRACK, IN, IN_VIEWZ) } },
@@ -1182,8 +1198,11 @@ static uint32_t nrdi_use_count(const nrdi_pass_row *pass)
 
 static const nrdi_texture_row *nrdi_texture_of(const nrdi_denoiser_row *row, uint32_t index)
 {
-    return index == NRDI_COUNTERS ? &nrdi_counter_row : &row->textures[index];
+    return index >= NRDI_TILE_AGE ? &nrdi_common_rows[index - NRDI_TILE_AGE] : &row->textures[index];
 }
+
+/* Textures of a row. */
+static uint32_t nrdi_halves(const nrdi_texture_row *row) { return row->kind >= NRDI_PING_PONG ? 2 : 1; }
 
 static uint32_t nrdi_pass_count(const nrdi_denoiser_row *row)
 {
@@ -1600,6 +1619,7 @@ static const nrdi_reason nrdi_reasons[] = {
     { NRDI_IF_SPECULAR_MOTION, NRDI_LACKS(SPECULAR_MOTION), "nrd_frame.specular_motion is 0" },
     { NRDI_IF_BLUR, NRDI_RULED_OUT(BLUR), "max_blur_radius is 0 (occlusion: or performance_mode is 1)" },
     { NRDI_IF_ANTILAG, NRDI_RULED_OUT(LIGHTING_CHANGE), "antilag_sensitivity is 0" },
+    { NRDI_IF_SKY, NRDI_RULED_OUT(SKY), NULL },
     { NRDI_IF_MOTION, NRDI_RULED_OUT(MOTION), NULL },
     { NRDI_IF_STABILIZED, NRDI_RULED_OUT(STABILIZATION), NULL },
 #undef NRDI_LACKS
@@ -1724,9 +1744,9 @@ static const nrdi_reason *nrdi_ruled_out(const nrdi_denoiser_row *row, uint32_t 
 
 static uint64_t nrdi_texture_bytes(const nrd_desc *desc, const nrdi_texture_row *row)
 {
-    uint64_t texels = NRD_COUNTER_COUNT;
+    uint64_t texels = row->kind == NRDI_BUFFERS ? NRDI_GROUP_WORDS : NRD_COUNTER_COUNT;
     if (row->divisor) texels = (uint64_t)((desc->width + row->divisor - 1u) / row->divisor) * ((desc->height + row->divisor - 1u) / row->divisor);
-    return texels * nrd_format_bytes(row->format) * (row->kind == NRDI_PING_PONG ? 2u : 1u);
+    return texels * nrd_format_bytes(row->format) * nrdi_halves(row);
 }
 
 static void nrdi_leave_out(nrd *n, const char *what, const char *why, uint64_t bytes)
@@ -1778,12 +1798,14 @@ static void nrdi_add_texture(nrd *n, nrdi_state *s, uint32_t index)
     t.format = row->format;
     t.width = ruled_out ? 1u : row->divisor ? (n->desc.width + row->divisor - 1u) / row->divisor : NRD_COUNTER_COUNT;
     t.height = ruled_out || !row->divisor ? 1u : (n->desc.height + row->divisor - 1u) / row->divisor;
-    t.read_back = !row->divisor;
+    t.buffer = row->kind == NRDI_BUFFERS;
+    if (t.buffer) t.width = NRDI_GROUP_WORDS;
+    t.read_back = index == NRDI_COUNTERS;
     t.permanent = row->kind != NRDI_TRANSIENT;
     t.bytes = (uint64_t)t.width * t.height * nrd_format_bytes(row->format);
     if (ruled_out) nrdi_leave_out(n, row->name, ruled_out->never, nrdi_texture_bytes(&n->desc, row) - t.bytes);
     s->first_texture[index] = n->info.texture_count;
-    for (uint32_t k = 0; k < (row->kind == NRDI_PING_PONG ? 2u : 1u); k++) n->textures[n->info.texture_count++] = t;
+    for (uint32_t k = 0; k < nrdi_halves(row); k++) n->textures[n->info.texture_count++] = t;
 }
 
 static uint32_t nrdi_find_pipeline(nrd *n, const nrdi_pass_row *pass)
@@ -2416,7 +2438,7 @@ static void nrdi_fill_constants(const nrd *n, nrdi_state *s)
 static uint32_t nrdi_conditions(const nrd *n, const nrdi_state *s)
 {
     const nrd_constants *c = &s->constants;
-    uint32_t on = NRDI_IF_MOTION | NRDI_IF_STABILIZED | NRDI_IF_CHECK;
+    uint32_t on = NRDI_IF_SKY | NRDI_IF_MOTION | NRDI_IF_STABILIZED | NRDI_IF_CHECK;
     if (s->row->family == NRDI_FAMILY_REFERENCE) return on;
     if (c->flags & NRD_FLAG_PREPASS) on |= NRDI_IF_PREPASS;
     if (c->flags & NRD_FLAG_SPECULAR_PREPASS) on |= NRDI_IF_SPEC_PREPASS;
@@ -2459,9 +2481,9 @@ static nrd_binding nrdi_resolve(const nrd *n, const nrdi_state *s, const nrdi_us
     bool previous = what >= NRDI_PREVIOUS(0);
     uint32_t index = what - (previous ? NRDI_PREVIOUS(0) : NRDI_TEXTURE(0));
     b.texture = s->first_texture[index];
-    if (nrdi_texture_of(s->row, index)->kind == NRDI_PING_PONG) b.texture += s->parity ^ (previous ? 1u : 0u);
+    if (nrdi_halves(nrdi_texture_of(s->row, index)) == 2) b.texture += s->parity ^ (previous ? 1u : 0u);
     NRD_ASSERT(b.texture < n->info.texture_count);
-    b.before_resize = s->reads_old && n->textures[b.texture].permanent && b.access != NRD_ACCESS_WRITE && !(s->written & nrdi_written_bit(s, what));
+    b.before_resize = s->reads_old && n->textures[b.texture].permanent && b.access < NRD_ACCESS_WRITE && !(s->written & nrdi_written_bit(s, what));
     return b;
 }
 
@@ -2470,6 +2492,11 @@ static int32_t nrdi_step(float radius, uint32_t iteration)
     if (!(radius > 0)) return 0;
     int32_t step = (int32_t)(radius * (float)(1 << iteration) / 15.0f + 0.5f);   /* steps 1, 2, 4, 8 reach 15 px */
     return step < 1 ? 1 : step;
+}
+
+static bool nrdi_lists_tiles(const nrdi_use *use, uint32_t conditions)
+{
+    return use->what == NRDI_TEXTURE(NRDI_TILE_LIST) && use->access == NRD_ACCESS_READ && nrdi_holds(use->condition, conditions);
 }
 
 static void nrdi_add_dispatch(nrd *n, nrdi_state *s, uint32_t pass, uint32_t conditions, uint32_t *count)
@@ -2484,7 +2511,10 @@ static void nrdi_add_dispatch(nrd *n, nrdi_state *s, uint32_t pass, uint32_t con
     d->pipeline = live->pipeline;
     d->bindings = bindings;
     d->binding_count = nrdi_use_count(live->row);
-    for (uint32_t u = 0; u < d->binding_count; u++) bindings[u] = nrdi_resolve(n, s, &live->row->uses[u], conditions);
+    for (uint32_t u = 0; u < d->binding_count; u++) {
+        bindings[u] = nrdi_resolve(n, s, &live->row->uses[u], conditions);
+        if (nrdi_lists_tiles(&live->row->uses[u], conditions)) d->indirect = 1 + s->first_texture[NRDI_TILE_GROUPS] + s->parity;
+    }
     for (uint32_t u = 0; u < d->binding_count; u++)
         if (bindings[u].access == NRD_ACCESS_WRITE && bindings[u].resource == NRD_RESOURCE_INTERNAL) s->written |= nrdi_written_bit(s, nrdi_bound(&live->row->uses[u], conditions));
     d->constants = &s->constants;
@@ -2569,18 +2599,21 @@ nrd_result nrd_get_dispatches(nrd *n, const uint32_t *identifiers, uint32_t iden
 typedef struct nrdi_pass_cost { nrd_denoiser denoiser; const char *pass; float ns_per_pixel; } nrdi_pass_cost;
 #define NRDI_PASS_COST(denoiser, pass, ns) { NRD_DENOISER_##denoiser, pass, ns },
 static const nrdi_pass_cost nrdi_pass_costs[] = {
+    NRDI_PASS_COST(REBLUR_DIFFUSE, "tiles", 0.0023f)
     NRDI_PASS_COST(REBLUR_DIFFUSE, "temporal accumulation", 0.0317f)
     NRDI_PASS_COST(REBLUR_DIFFUSE, "lighting change", 0.0038f)
     NRDI_PASS_COST(REBLUR_DIFFUSE, "blur", 0.0339f)
     NRDI_PASS_COST(REBLUR_DIFFUSE, "post-blur 1", 0.0182f)
     NRDI_PASS_COST(REBLUR_DIFFUSE, "post-blur 2", 0.0247f)
     NRDI_PASS_COST(REBLUR_DIFFUSE, "stabilization", 0.0285f)
+    NRDI_PASS_COST(REBLUR_SPECULAR, "tiles", 0.0023f)
     NRDI_PASS_COST(REBLUR_SPECULAR, "temporal accumulation", 0.0781f)
     NRDI_PASS_COST(REBLUR_SPECULAR, "lighting change", 0.0038f)
     NRDI_PASS_COST(REBLUR_SPECULAR, "blur", 0.0391f)
     NRDI_PASS_COST(REBLUR_SPECULAR, "post-blur 1", 0.0228f)
     NRDI_PASS_COST(REBLUR_SPECULAR, "post-blur 2", 0.0309f)
     NRDI_PASS_COST(REBLUR_SPECULAR, "stabilization", 0.0355f)
+    NRDI_PASS_COST(REBLUR_DIFFUSE_SPECULAR, "tiles", 0.0023f)
     NRDI_PASS_COST(REBLUR_DIFFUSE_SPECULAR, "temporal accumulation", 0.1107f)
     NRDI_PASS_COST(REBLUR_DIFFUSE_SPECULAR, "lighting change (diffuse)", 0.0038f)
     NRDI_PASS_COST(REBLUR_DIFFUSE_SPECULAR, "lighting change (specular)", 0.0035f)
@@ -2588,6 +2621,7 @@ static const nrdi_pass_cost nrdi_pass_costs[] = {
     NRDI_PASS_COST(REBLUR_DIFFUSE_SPECULAR, "post-blur 1", 0.0271f)
     NRDI_PASS_COST(REBLUR_DIFFUSE_SPECULAR, "post-blur 2", 0.0391f)
     NRDI_PASS_COST(REBLUR_DIFFUSE_SPECULAR, "stabilization", 0.0496f)
+    NRDI_PASS_COST(REBLUR_DIFFUSE_OCCLUSION, "tiles", 0.0023f)
     NRDI_PASS_COST(REBLUR_DIFFUSE_OCCLUSION, "temporal accumulation", 0.0453f)
     NRDI_PASS_COST(REBLUR_DIFFUSE_OCCLUSION, "blur", 0.0323f)
     NRDI_PASS_COST(REBLUR_DIFFUSE_OCCLUSION, "post-blur", 0.0304f)

@@ -38,7 +38,7 @@
 
    COMMAND BUFFER
    Primary or secondary. nrd_vk_record calls vkCmdPipelineBarrier, vkCmdBindPipeline, vkCmdBindDescriptorSets, vkCmdPushConstants and
-   vkCmdDispatch; in the first recording, and the first after a resize, vkCmdClearColorImage; with NRD_FEATURE_CHECK
+   vkCmdDispatch or vkCmdDispatchIndirect; in the first recording, and the first after a resize, vkCmdClearColorImage; with NRD_FEATURE_CHECK
    vkCmdCopyImageToBuffer into memory of its own; with NRD_VK_TIMESTAMPS vkCmdResetQueryPool and vkCmdWriteTimestamp on a pool of its own;
    with NRD_VK_DEBUG_NAMES labels that it closes again. It leaves changed: the compute pipeline, descriptor sets of the compute bind point,
    push constants, and the layouts of the images in the list. State of graphics and ray tracing stays, as do the app's descriptor pools:
@@ -234,7 +234,7 @@ NRD_DECL nrd_result nrd_vk_counters(const nrd_vk *vk, uint32_t slot, uint32_t id
     X(vkUpdateDescriptorSets) X(vkCreatePipelineLayout) X(vkDestroyPipelineLayout) X(vkCreateShaderModule) \
     X(vkDestroyShaderModule) X(vkCreateComputePipelines) X(vkDestroyPipeline) X(vkCreateQueryPool) X(vkDestroyQueryPool) \
     X(vkGetQueryPoolResults) X(vkCmdResetQueryPool) X(vkCmdWriteTimestamp) X(vkCmdPipelineBarrier) X(vkCmdClearColorImage) X(vkCmdCopyImageToBuffer) \
-    X(vkCmdBindPipeline) X(vkCmdBindDescriptorSets) X(vkCmdPushConstants) X(vkCmdDispatch)
+    X(vkCmdBindPipeline) X(vkCmdBindDescriptorSets) X(vkCmdPushConstants) X(vkCmdDispatch) X(vkCmdDispatchIndirect)
 #define NRDI_VK_PHYSICAL_FUNCTIONS(X) \
     X(vkGetPhysicalDeviceProperties) X(vkGetPhysicalDeviceFormatProperties) X(vkGetPhysicalDeviceMemoryProperties) \
     X(vkGetPhysicalDeviceQueueFamilyProperties)
@@ -248,7 +248,8 @@ typedef struct nrdi_vk_physical {
 
 typedef struct nrdi_vk_functions { NRDI_VK_FUNCTIONS(NRDI_VK_MEMBER) } nrdi_vk_functions;
 
-/* User images come first, by nrd_resource, then nrd_info.textures. Of user images everything is rewritten by each recording. */
+/* User images come first, by nrd_resource, then nrd_info.textures. Of user images everything is rewritten by each recording. Of
+   nrd_texture.buffer only the accesses. */
 typedef struct nrdi_vk_image {
     VkImage image;
     VkImageView view;
@@ -307,6 +308,7 @@ struct nrd_vk {
     VkBuffer constants;
     VkDeviceSize constant_stride;
     VkDeviceSize counters_at;  /* in the same buffer: slots x denoiser_count x NRD_COUNTER_COUNT, where there is a checker */
+    VkDeviceSize groups_at;    /* in the same buffer: NRDI_VK_GROUPS_STRIDE for each nrd_texture.buffer */
     VkQueryPool queries;
     double tick_ns;
     uint64_t tick_mask;
@@ -427,12 +429,14 @@ VkFormat nrd_vk_format(nrd_format format)
 
 static uint32_t nrdi_vk_max(uint32_t a, uint32_t b) { return a > b ? a : b; }
 
-static uint32_t nrdi_vk_count_writes(const nrd_pipeline *pipeline)
+static uint32_t nrdi_vk_count(const nrd_pipeline *pipeline, nrd_access access)
 {
-    uint32_t writes = 0;
-    for (uint32_t i = 0; i < pipeline->binding_count; i++) writes += pipeline->access[i] == NRD_ACCESS_WRITE;
-    return writes;
+    uint32_t count = 0;
+    for (uint32_t i = 0; i < pipeline->binding_count; i++) count += pipeline->access[i] == access;
+    return count;
 }
+
+static uint32_t nrdi_vk_count_reads(const nrd_pipeline *pipeline) { return nrdi_vk_count(pipeline, NRD_ACCESS_READ) + nrdi_vk_count(pipeline, NRD_ACCESS_READ_LINEAR); }
 
 static void nrdi_vk_need_format(nrd_vk_needs *needs, nrd_format format)
 {
@@ -453,13 +457,13 @@ nrd_result nrd_vk_requirements(const nrd *instance, nrd_vk_needs *out)
     out->max_uniform_buffer_range = info->constant_bytes;
     out->permanent_bytes = info->permanent_bytes;
     out->transient_bytes = info->transient_bytes;
-    for (uint32_t i = 0; i < info->texture_count; i++) nrdi_vk_need_format(out, info->textures[i].format);
+    for (uint32_t i = 0; i < info->texture_count; i++) if (!info->textures[i].buffer) nrdi_vk_need_format(out, info->textures[i].format);
     for (int i = 0; i < NRD_RESOURCE_COUNT; i++)
         if (nrd_uses_resource(instance, (nrd_resource)i)) nrdi_vk_need_format(out, nrd_resource_format((nrd_resource)i));
     for (uint32_t i = 0; i < info->pipeline_count; i++) {
-        uint32_t writes = nrdi_vk_count_writes(&info->pipelines[i]);
-        out->max_per_stage_storage_images = nrdi_vk_max(out->max_per_stage_storage_images, writes);
-        out->max_per_stage_sampled_images = nrdi_vk_max(out->max_per_stage_sampled_images, info->pipelines[i].binding_count - writes);
+        const nrd_pipeline *pipeline = &info->pipelines[i];
+        out->max_per_stage_storage_images = nrdi_vk_max(out->max_per_stage_storage_images, nrdi_vk_count(pipeline, NRD_ACCESS_WRITE));
+        out->max_per_stage_sampled_images = nrdi_vk_max(out->max_per_stage_sampled_images, nrdi_vk_count_reads(pipeline));
     }
     return NRD_RESULT_OK;
 }
@@ -654,6 +658,7 @@ static nrd_result nrdi_vk_create_samplers(nrd_vk *vk)
 
 static VkDescriptorType nrdi_vk_descriptor_type(nrd_access access)
 {
+    if (access == NRD_ACCESS_BUFFER) return VK_DESCRIPTOR_TYPE_STORAGE_BUFFER;
     return access == NRD_ACCESS_WRITE ? VK_DESCRIPTOR_TYPE_STORAGE_IMAGE : VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER;
 }
 
@@ -847,7 +852,7 @@ static void nrdi_vk_place(nrd_vk *vk, bool permanent, VkMemoryRequirements *tota
     for (uint32_t i = 0; i < vk->info->texture_count; i++) {
         const nrd_texture *texture = &vk->info->textures[i];
         VkMemoryRequirements needs;
-        if (texture->permanent != permanent) continue;
+        if (texture->permanent != permanent || texture->buffer) continue;
         vk->fn.vkGetImageMemoryRequirements(vk->desc.device, vk->images[NRD_RESOURCE_COUNT + i].image, &needs);
         nrd_block *block = &vk->blocks[count++];
         block->bytes = needs.size;
@@ -869,7 +874,7 @@ static nrd_result nrdi_vk_bind_images(nrd_vk *vk, bool permanent)
     nrd_result result = nrdi_vk_get_memory(vk, kind, &total);
     for (uint32_t i = 0, at = 0; i < vk->info->texture_count && result == NRD_RESULT_OK; i++) {
         nrdi_vk_image *image = &vk->images[NRD_RESOURCE_COUNT + i];
-        if (vk->info->textures[i].permanent != permanent) continue;
+        if (vk->info->textures[i].permanent != permanent || vk->info->textures[i].buffer) continue;
         VkResult bound = vk->fn.vkBindImageMemory(vk->desc.device, image->image, vk->memory[kind].memory, vk->memory[kind].offset + vk->blocks[at++].offset);
         result = nrdi_vk_try(vk->desc.instance, bound, "vkBindImageMemory");
         if (result == NRD_RESULT_OK) result = nrdi_vk_create_view(vk, &vk->info->textures[i], image);
@@ -881,7 +886,7 @@ static nrd_result nrdi_vk_create_bare_images(nrd_vk *vk)
 {
     nrd_result result = NRD_RESULT_OK;
     for (uint32_t i = 0; i < vk->info->texture_count && result == NRD_RESULT_OK; i++)
-        result = nrdi_vk_create_image(vk, &vk->info->textures[i], &vk->images[NRD_RESOURCE_COUNT + i]);
+        if (!vk->info->textures[i].buffer) result = nrdi_vk_create_image(vk, &vk->info->textures[i], &vk->images[NRD_RESOURCE_COUNT + i]);
     return result;
 }
 
@@ -893,7 +898,21 @@ static nrd_result nrdi_vk_create_images(nrd_vk *vk)
     return result;
 }
 
-enum { NRDI_VK_COUNTER_BYTES = NRD_COUNTER_COUNT * 4 };
+/* 256: no device asks for a larger minStorageBufferOffsetAlignment (Vulkan specification, required limits). */
+enum { NRDI_VK_COUNTER_BYTES = NRD_COUNTER_COUNT * 4, NRDI_VK_GROUPS_STRIDE = 256 };
+
+/* Buffers before this texture. */
+static uint32_t nrdi_vk_count_buffers(const nrd_info *info, uint32_t texture)
+{
+    uint32_t count = 0;
+    for (uint32_t i = 0; i < texture; i++) count += info->textures[i].buffer;
+    return count;
+}
+
+static VkDeviceSize nrdi_vk_groups_of(const nrd_vk *vk, uint32_t texture)
+{
+    return vk->groups_at + (VkDeviceSize)nrdi_vk_count_buffers(vk->info, texture) * NRDI_VK_GROUPS_STRIDE;
+}
 
 static nrd_result nrdi_vk_create_bare_constants(nrd_vk *vk, VkMemoryRequirements *needs)
 {
@@ -908,6 +927,12 @@ static nrd_result nrdi_vk_create_bare_constants(nrd_vk *vk, VkMemoryRequirements
         info.size += (VkDeviceSize)vk->slots * vk->info->denoiser_count * NRDI_VK_COUNTER_BYTES;
         info.usage |= VK_BUFFER_USAGE_TRANSFER_DST_BIT;
     }
+    vk->groups_at = (info.size + NRDI_VK_GROUPS_STRIDE - 1) / NRDI_VK_GROUPS_STRIDE * NRDI_VK_GROUPS_STRIDE;
+    uint32_t buffers = nrdi_vk_count_buffers(vk->info, vk->info->texture_count);
+    if (buffers) {
+        info.size = vk->groups_at + (VkDeviceSize)buffers * NRDI_VK_GROUPS_STRIDE;
+        info.usage |= VK_BUFFER_USAGE_STORAGE_BUFFER_BIT | VK_BUFFER_USAGE_INDIRECT_BUFFER_BIT;
+    }
     NRDI_VK_CREATE(vk, vkCreateBuffer, &info, &vk->constants);
     nrdi_vk_name(vk, VK_OBJECT_TYPE_BUFFER, &vk->constants, "nrd ", "constants");
     vk->fn.vkGetBufferMemoryRequirements(vk->desc.device, vk->constants, needs);
@@ -921,6 +946,7 @@ static nrd_result nrdi_vk_create_constants(nrd_vk *vk)
     if (result == NRD_RESULT_OK) result = nrdi_vk_get_memory(vk, NRD_VK_MEMORY_CONSTANTS, &needs);
     if (result != NRD_RESULT_OK) return result;
     const nrd_vk_memory *memory = &vk->memory[NRD_VK_MEMORY_CONSTANTS];
+    memset((char *)memory->mapped + vk->groups_at, 0, (size_t)(nrdi_vk_groups_of(vk, vk->info->texture_count) - vk->groups_at));
     return nrdi_vk_try(vk->desc.instance, vk->fn.vkBindBufferMemory(vk->desc.device, vk->constants, memory->memory, memory->offset), "vkBindBufferMemory");
 }
 
@@ -930,17 +956,18 @@ static nrd_result nrdi_vk_create_pool(nrd_vk *vk)
 {
     const nrd_info *info = vk->info;
     NRDI_VK_STRUCT(VkDescriptorPoolCreateInfo, pool, VK_STRUCTURE_TYPE_DESCRIPTOR_POOL_CREATE_INFO);
-    VkDescriptorPoolSize sizes[3] = { { VK_DESCRIPTOR_TYPE_UNIFORM_BUFFER_DYNAMIC, vk->slots * info->pass_count },
+    VkDescriptorPoolSize sizes[4] = { { VK_DESCRIPTOR_TYPE_UNIFORM_BUFFER_DYNAMIC, vk->slots * info->pass_count },
                                       { VK_DESCRIPTOR_TYPE_STORAGE_IMAGE, 0 },
-                                      { VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER, 0 } };
+                                      { VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER, 0 },
+                                      { VK_DESCRIPTOR_TYPE_STORAGE_BUFFER, 0 } };
     for (uint32_t i = 0; i < info->pass_count; i++) {
         const nrd_pipeline *pipeline = &info->pipelines[info->passes[i].pipeline];
-        uint32_t writes = nrdi_vk_count_writes(pipeline);
-        sizes[1].descriptorCount += vk->slots * writes;
-        sizes[2].descriptorCount += vk->slots * (pipeline->binding_count - writes);
+        sizes[1].descriptorCount += vk->slots * nrdi_vk_count(pipeline, NRD_ACCESS_WRITE);
+        sizes[2].descriptorCount += vk->slots * nrdi_vk_count_reads(pipeline);
+        sizes[3].descriptorCount += vk->slots * nrdi_vk_count(pipeline, NRD_ACCESS_BUFFER);
     }
     pool.maxSets = vk->slots * info->pass_count;
-    pool.poolSizeCount = sizes[2].descriptorCount ? 3 : 2;
+    pool.poolSizeCount = sizes[3].descriptorCount ? 4 : 3;
     pool.pPoolSizes = sizes;
     NRDI_VK_CREATE(vk, vkCreateDescriptorPool, &pool, &vk->pool);
     return NRD_RESULT_OK;
@@ -1401,17 +1428,18 @@ static void nrdi_vk_flush(nrd_vk *vk, VkCommandBuffer cmd)
     memset(batch, 0, sizeof *batch);
 }
 
+/* Numbers of groups are read before the shader runs. */
 static void nrdi_vk_need_execution(nrdi_vk_batch *batch)
 {
-    batch->from |= VK_PIPELINE_STAGE_COMPUTE_SHADER_BIT;
-    batch->to |= VK_PIPELINE_STAGE_COMPUTE_SHADER_BIT;
+    batch->from |= VK_PIPELINE_STAGE_COMPUTE_SHADER_BIT | VK_PIPELINE_STAGE_DRAW_INDIRECT_BIT;
+    batch->to |= VK_PIPELINE_STAGE_COMPUTE_SHADER_BIT | VK_PIPELINE_STAGE_DRAW_INDIRECT_BIT;
 }
 
 static void nrdi_vk_need_memory(nrdi_vk_batch *batch)
 {
     nrdi_vk_need_execution(batch);
     batch->from_access |= VK_ACCESS_SHADER_WRITE_BIT;
-    batch->to_access |= VK_ACCESS_SHADER_READ_BIT | VK_ACCESS_SHADER_WRITE_BIT;
+    batch->to_access |= VK_ACCESS_SHADER_READ_BIT | VK_ACCESS_SHADER_WRITE_BIT | VK_ACCESS_INDIRECT_COMMAND_READ_BIT;
 }
 
 static void nrdi_vk_need(nrd_vk *vk, nrdi_vk_image *image, nrd_access access)
@@ -1422,7 +1450,7 @@ static void nrdi_vk_need(nrd_vk *vk, nrdi_vk_image *image, nrd_access access)
         image->present = true;
     }
     if (image->written_at > vk->visible_at) nrdi_vk_need_memory(&vk->batch);
-    if (access == NRD_ACCESS_WRITE && image->read_at > vk->executed_at) nrdi_vk_need_execution(&vk->batch);
+    if (access >= NRD_ACCESS_WRITE && image->read_at > vk->executed_at) nrdi_vk_need_execution(&vk->batch);
 }
 
 /* The first recording ever: permanent images get zeros, so that nothing reads what the memory happened to hold. */
@@ -1433,14 +1461,14 @@ static void nrdi_vk_clear_permanent(nrd_vk *vk, VkCommandBuffer cmd)
     nrdi_vk_image *images = vk->images + NRD_RESOURCE_COUNT;
     memset(&zero, 0, sizeof zero);
     for (uint32_t i = 0; i < vk->info->texture_count; i++)
-        if (!images[i].transient) nrdi_vk_transition(vk, &images[i], VK_IMAGE_LAYOUT_UNDEFINED, VK_IMAGE_LAYOUT_GENERAL);
+        if (images[i].image && !images[i].transient) nrdi_vk_transition(vk, &images[i], VK_IMAGE_LAYOUT_UNDEFINED, VK_IMAGE_LAYOUT_GENERAL);
     vk->batch.from = VK_PIPELINE_STAGE_ALL_COMMANDS_BIT; /* the app's memory may have been used by others before */
     vk->batch.from_access = VK_ACCESS_MEMORY_WRITE_BIT;
     vk->batch.to = VK_PIPELINE_STAGE_TRANSFER_BIT;
     vk->batch.to_access = VK_ACCESS_TRANSFER_WRITE_BIT;
     nrdi_vk_flush(vk, cmd);
     for (uint32_t i = 0; i < vk->info->texture_count; i++)
-        if (!images[i].transient) vk->fn.vkCmdClearColorImage(cmd, images[i].image, VK_IMAGE_LAYOUT_GENERAL, &zero, 1, &range);
+        if (images[i].image && !images[i].transient) vk->fn.vkCmdClearColorImage(cmd, images[i].image, VK_IMAGE_LAYOUT_GENERAL, &zero, 1, &range);
     vk->batch.from = VK_PIPELINE_STAGE_TRANSFER_BIT;
     vk->batch.from_access = VK_ACCESS_TRANSFER_WRITE_BIT;
     vk->cleared = true;
@@ -1478,11 +1506,27 @@ static void nrdi_vk_end(nrd_vk *vk, VkCommandBuffer cmd, const nrd_vk_frame *fra
 
 /* ---------------------------------------------------------------------------------------------------------------------------
    Recording  >>record */
+static void nrdi_vk_update_buffer(nrd_vk *vk, uint32_t set, uint32_t binding, uint32_t texture)
+{
+    VkDescriptorBufferInfo buffer = { vk->constants, nrdi_vk_groups_of(vk, texture), vk->info->textures[texture].bytes };
+    NRDI_VK_STRUCT(VkWriteDescriptorSet, write, VK_STRUCTURE_TYPE_WRITE_DESCRIPTOR_SET);
+    write.dstSet = vk->sets[set];
+    write.dstBinding = binding;
+    write.descriptorCount = 1;
+    write.descriptorType = VK_DESCRIPTOR_TYPE_STORAGE_BUFFER;
+    write.pBufferInfo = &buffer;
+    vk->fn.vkUpdateDescriptorSets(vk->desc.device, 1, &write, 0, NULL);
+}
+
 static void nrdi_vk_update_set(nrd_vk *vk, uint32_t set, const nrd_dispatch *dispatch)
 {
     const nrd_pipeline *pipeline = &vk->info->pipelines[dispatch->pipeline];
     uint32_t count = 0;
     for (uint32_t i = 0; i < dispatch->binding_count; i++) {
+        if (dispatch->bindings[i].access == NRD_ACCESS_BUFFER) {
+            nrdi_vk_update_buffer(vk, set, i + 1, dispatch->bindings[i].texture);
+            continue;
+        }
         const nrdi_vk_image *image = nrdi_vk_image_of(vk, &dispatch->bindings[i]);
         VkImageView *bound = &vk->bound[(size_t)set * vk->max_bindings + i];
         /* a new view of the app may have the handle of a destroyed one, so only our own are compared */
@@ -1506,14 +1550,17 @@ static void nrdi_vk_update_set(nrd_vk *vk, uint32_t set, const nrd_dispatch *dis
 
 static void nrdi_vk_synchronise(nrd_vk *vk, VkCommandBuffer cmd, const nrd_dispatch *dispatch)
 {
+    nrdi_vk_image *groups = dispatch->indirect ? &vk->images[NRD_RESOURCE_COUNT + dispatch->indirect - 1] : NULL;
     for (uint32_t i = 0; i < dispatch->binding_count; i++) nrdi_vk_need(vk, nrdi_vk_image_of(vk, &dispatch->bindings[i]), dispatch->bindings[i].access);
+    if (groups) nrdi_vk_need(vk, groups, NRD_ACCESS_READ);
     nrdi_vk_flush(vk, cmd);
     vk->now++;
     for (uint32_t i = 0; i < dispatch->binding_count; i++) {
         nrdi_vk_image *image = nrdi_vk_image_of(vk, &dispatch->bindings[i]);
-        if (dispatch->bindings[i].access == NRD_ACCESS_WRITE) image->written_at = vk->now;
+        if (dispatch->bindings[i].access >= NRD_ACCESS_WRITE) image->written_at = vk->now;
         else image->read_at = vk->now;
     }
+    if (groups) groups->read_at = vk->now;
 }
 
 static void nrdi_vk_label(const nrd_vk *vk, VkCommandBuffer cmd, const char *name)
@@ -1539,7 +1586,8 @@ static void nrdi_vk_dispatch(nrd_vk *vk, VkCommandBuffer cmd, uint32_t set, cons
     vk->fn.vkCmdBindPipeline(cmd, VK_PIPELINE_BIND_POINT_COMPUTE, pipeline->pipeline);
     vk->fn.vkCmdBindDescriptorSets(cmd, VK_PIPELINE_BIND_POINT_COMPUTE, pipeline->layout, 0, 1, &vk->sets[set], 1, &constant_offset);
     vk->fn.vkCmdPushConstants(cmd, pipeline->layout, VK_SHADER_STAGE_COMPUTE_BIT, 0, sizeof dispatch->push, dispatch->push);
-    vk->fn.vkCmdDispatch(cmd, dispatch->groups_x, dispatch->groups_y, 1);
+    if (dispatch->indirect) vk->fn.vkCmdDispatchIndirect(cmd, vk->constants, nrdi_vk_groups_of(vk, dispatch->indirect - 1));
+    else vk->fn.vkCmdDispatch(cmd, dispatch->groups_x, dispatch->groups_y, 1);
     nrdi_vk_timestamp(vk, cmd, 2 * set + 1);
     if (vk->begin_label && vk->end_label) vk->end_label(cmd);
 }

@@ -15,14 +15,14 @@ enum {
 enum { SPV_DECORATION_SPEC_ID = 1, SPV_DECORATION_BLOCK = 2, SPV_DECORATION_COL_MAJOR = 5, SPV_DECORATION_MATRIX_STRIDE = 7, SPV_DECORATION_BINDING = 33,
        SPV_DECORATION_DESCRIPTOR_SET = 34, SPV_DECORATION_OFFSET = 35 };
 enum { SPV_CAPABILITY_SHADER = 1, SPV_CAPABILITY_STORAGE_IMAGE_EXTENDED_FORMATS = 49, SPV_CAPABILITY_IMAGE_QUERY = 50 };
-enum { SPV_STORAGE_UNIFORM_CONSTANT = 0, SPV_STORAGE_UNIFORM = 2, SPV_STORAGE_PUSH_CONSTANT = 9 };
+enum { SPV_STORAGE_UNIFORM_CONSTANT = 0, SPV_STORAGE_UNIFORM = 2, SPV_STORAGE_PUSH_CONSTANT = 9, SPV_STORAGE_BUFFER = 12 };
 enum { SPV_EXECUTION_MODEL_GL_COMPUTE = 5, SPV_EXECUTION_MODE_LOCAL_SIZE = 17 };
 enum { SPV_FORMAT_RGBA32F = 1, SPV_FORMAT_RGBA16F = 2, SPV_FORMAT_R32F = 3, SPV_FORMAT_RGBA8 = 4, SPV_FORMAT_R16F = 9, SPV_FORMAT_R8 = 15, SPV_FORMAT_R32UI = 33, SPV_FORMAT_RG32UI = 35, SPV_FORMAT_R16UI = 38 };
 
-enum { SPIRV_MAX_IDS = 32768, SPIRV_MAX_MEMBERS = 96, SPIRV_MAX_BINDINGS = 33, SPIRV_MAX_SPEC = 16, SPIRV_MAX_CAPABILITIES = 16 };
+enum { SPIRV_MAX_IDS = 32768, SPIRV_MAX_MEMBERS = 96, SPIRV_MAX_BINDINGS = 40, SPIRV_MAX_SPEC = 16, SPIRV_MAX_CAPABILITIES = 16 };
 #define SPIRV_NONE UINT32_MAX
 
-typedef enum spirv_kind { SPIRV_ABSENT, SPIRV_UNIFORM_BLOCK, SPIRV_COMBINED_SAMPLER, SPIRV_STORAGE_IMAGE, SPIRV_OTHER } spirv_kind;
+typedef enum spirv_kind { SPIRV_ABSENT, SPIRV_UNIFORM_BLOCK, SPIRV_COMBINED_SAMPLER, SPIRV_STORAGE_IMAGE, SPIRV_STORAGE_BUFFER, SPIRV_OTHER } spirv_kind;
 
 typedef struct spirv_binding {
     spirv_kind kind;
@@ -97,11 +97,12 @@ static inline void spirv_read_variable(const uint32_t *words, size_t count, spir
 {
     uint32_t storage = at[3], type = m->definition[at[1]][3], binding;
     if (storage == SPV_STORAGE_PUSH_CONSTANT) spirv_read_block(words, count, m, type, &m->push);
-    if (storage != SPV_STORAGE_UNIFORM && storage != SPV_STORAGE_UNIFORM_CONSTANT) return;
+    if (storage != SPV_STORAGE_UNIFORM && storage != SPV_STORAGE_UNIFORM_CONSTANT && storage != SPV_STORAGE_BUFFER) return;
     binding = spirv_decoration(words, count, at[2], SPV_DECORATION_BINDING);
     assert_true(binding < SPIRV_MAX_BINDINGS);
     assert_int_equal(m->bindings[binding].kind, SPIRV_ABSENT);   /* no two at one binding */
     m->bindings[binding] = spirv_classify(m, type);
+    if (storage == SPV_STORAGE_BUFFER) m->bindings[binding].kind = SPIRV_STORAGE_BUFFER;
     m->other_set |= spirv_decoration(words, count, at[2], SPV_DECORATION_DESCRIPTOR_SET) != 0;
     if (storage == SPV_STORAGE_UNIFORM) spirv_read_block(words, count, m, type, &m->uniform);
 }

@@ -17,6 +17,8 @@ typedef struct stage {
     nrd *instance;
     nrd_vk *vk;
     gpu_image images[NRD_RESOURCE_COUNT];
+    bool (*is_sky)(uint32_t x, uint32_t y, uint32_t frame);   /* NULL: nowhere */
+    uint32_t rect_width, rect_height;                         /* px; 0: all */
 } stage;
 
 static inline VkFormat stage_format(nrd_resource resource)
@@ -27,8 +29,8 @@ static inline VkFormat stage_format(nrd_resource resource)
     return stored ? stored : VK_FORMAT_R16G16B16A16_SFLOAT;
 }
 
-/* memory: NULL, or a desc with the callbacks for device memory. */
-static inline void stage_open(stage *s, nrd_denoiser denoiser, uint32_t absent, const nrd_vk_desc *memory)
+/* callbacks: NULL, or a desc with those for device memory, or to find the functions of the device. */
+static inline void stage_open(stage *s, nrd_denoiser denoiser, uint32_t absent, const nrd_vk_desc *callbacks)
 {
     nrd_denoiser_desc one = { STAGE_IDENTIFIER, denoiser };
     memset(s, 0, sizeof *s);
@@ -37,7 +39,10 @@ static inline void stage_open(stage *s, nrd_denoiser denoiser, uint32_t absent, 
     assert_int_equal(nrd_create(&desc, &s->instance), NRD_RESULT_OK);
     nrd_vk_desc vk = { .instance = s->instance, .vk_instance = device.instance, .physical = device.physical, .device = device.device,
                        .get_instance_proc = device.get_instance_proc, .frames_in_flight = 1 };
-    if (memory) vk.allocate_memory = memory->allocate_memory, vk.free_memory = memory->free_memory, vk.memory_user = memory->memory_user;
+    if (callbacks) {
+        vk.allocate_memory = callbacks->allocate_memory, vk.free_memory = callbacks->free_memory, vk.memory_user = callbacks->memory_user;
+        vk.get_device_proc = callbacks->get_device_proc;
+    }
     assert_int_equal(nrd_vk_create(&vk, &s->vk), NRD_RESULT_OK);
     for (int i = 0; i < NRD_RESOURCE_COUNT; i++)
         if (nrd_uses_resource(s->instance, (nrd_resource)i))
@@ -95,6 +100,7 @@ static inline void stage_upload(stage *s, uint32_t frame)
     static uint32_t normals[STAGE_PIXELS];
     static uint16_t texels[STAGE_PIXELS][4];
     stage_fill_guides(z, normals);
+    for (uint32_t i = 0; i < STAGE_PIXELS; i++) if (s->is_sky && s->is_sky(i % STAGE_WIDTH, i / STAGE_WIDTH, frame)) z[i] = 1e6f;
     for (int i = 0; i < NRD_RESOURCE_COUNT; i++) {
         if (!s->images[i].view || nrd_resource_format((nrd_resource)i) != NRD_FORMAT_ANY) continue;
         stage_fill_noise((nrd_resource)i, frame, texels);
@@ -109,6 +115,8 @@ static inline void stage_run(stage *s, uint32_t index, void (*before)(VkCommandB
     nrd_vk_image list[NRD_RESOURCE_COUNT];
     nrd_vk_frame record = { .images = list };
     nrd_frame frame = still_frame(index);
+    frame.rect_width = s->rect_width;
+    frame.rect_height = s->rect_height;
     stage_upload(s, index);
     for (int i = 0; i < NRD_RESOURCE_COUNT; i++) {
         const gpu_image *image = &s->images[i];

@@ -57,15 +57,19 @@ static bool same_place(const device *d, const nrd_binding *a, const nrd_binding 
     return a->resource != NRD_RESOURCE_INTERNAL || a->texture == b->texture || share_memory(d, a->texture, b->texture);
 }
 
+static bool is_read(const nrd_binding *b) { return b->access != NRD_ACCESS_WRITE; }
+static bool is_written(const nrd_binding *b) { return b->access >= NRD_ACCESS_WRITE; }
+
 static void check_binding(const device *d, const nrd_dispatch *at, const nrd_binding *b)
 {
-    bool stored = b->access == NRD_ACCESS_WRITE;
+    bool stored = is_written(b), buffer = b->access == NRD_ACCESS_BUFFER;
     if (b->resource != NRD_RESOURCE_INTERNAL) {
         REQUIRE(b->resource < NRD_RESOURCE_COUNT && nrd_uses_resource(d->instance, b->resource), "%s: an image that was not announced", at->name);
         REQUIRE(!stored || nrd_resource_format(b->resource) != NRD_FORMAT_ANY, "%s writes the input %s", at->name, nrd_resource_name(b->resource));
         return;
     }
     REQUIRE(b->texture < d->info->texture_count, "%s: texture %u", at->name, b->texture);
+    REQUIRE(d->info->textures[b->texture].buffer == buffer, "%s: %s is a buffer, or is not", at->name, d->info->textures[b->texture].name);
     const nrd_texture *t = &d->info->textures[b->texture];
     REQUIRE(t->denoiser == d->info->passes[at->pass].denoiser, "%s uses %s of another denoiser", at->name, t->name);
     REQUIRE(t->permanent || (t->first_pass <= at->pass && at->pass <= t->last_pass), "%s uses %s outside of its lifetime", at->name, t->name);
@@ -79,12 +83,13 @@ static void check_dispatch(const device *d, const nrd_dispatch *at)
     const nrd_pipeline *pipeline = &d->info->pipelines[at->pipeline];
     REQUIRE(at->binding_count == pipeline->binding_count && at->binding_count <= d->info->max_bindings, "%s: number of bindings", at->name);
     REQUIRE(at->groups_x > 0 && at->groups_y > 0 && at->constants, "%s: empty", at->name);
+    REQUIRE(!at->indirect || d->info->textures[at->indirect - 1].buffer, "%s: the number of its groups is in no buffer", at->name);
     for (uint32_t a = 0; a < at->binding_count; a++) {
         REQUIRE(at->bindings[a].access == pipeline->access[a], "%s: binding %u is accessed in another way than its pipeline says", at->name, a);
         check_binding(d, at, &at->bindings[a]);
         for (uint32_t b = 0; b < a; b++) {
             const nrd_binding *x = &at->bindings[a], *y = &at->bindings[b];
-            if (!same_place(d, x, y) || (x->access != NRD_ACCESS_WRITE && y->access != NRD_ACCESS_WRITE)) continue;
+            if (!same_place(d, x, y) || (!is_written(x) && !is_written(y))) continue;
             REQUIRE(x->access != y->access && x->access != NRD_ACCESS_READ_LINEAR && y->access != NRD_ACCESS_READ_LINEAR, "%s writes a texture twice, or filters it", at->name);
             REQUIRE(x->resource != NRD_RESOURCE_INTERNAL || x->texture == y->texture, "%s reads and writes the same memory as two textures", at->name);
         }
@@ -96,33 +101,51 @@ static const char *name_of(const device *d, const nrd_binding *b)
     return b->resource == NRD_RESOURCE_INTERNAL ? d->info->textures[b->texture].name : nrd_resource_name(b->resource);
 }
 
+/* Of which a texel stays for the binding. */
+static bool is_left_out(const device *d, const nrd_binding *b)
+{
+    bool out = false;
+    for (uint32_t i = 0; i < d->info->left_out_count; i++) out |= !strcmp(d->info->left_out[i].what, name_of(d, b));
+    return out && b->resource == NRD_RESOURCE_INTERNAL && d->info->textures[b->texture].width == 1;
+}
+
 static void execute(device *d, const nrd_dispatch *at)
 {
     const nrd_pipeline *pipeline = &d->info->pipelines[at->pipeline];
     uint64_t h = mix_bytes(0xcbf29ce484222325u, pipeline->shader, strlen(pipeline->shader));
     h = mix_bytes(h, at->constants, d->info->constant_bytes);
     h = mix_bytes(h, at->push, sizeof at->push);
+    if (at->indirect) h = mix_bytes(h, &d->textures[at->indirect - 1].value, sizeof d->textures[0].value);
     for (uint32_t b = 0; b < at->binding_count; b++) {
-        if (at->bindings[b].access == NRD_ACCESS_WRITE) continue;
+        if (!is_read(&at->bindings[b])) continue;
         const content *from = content_of(d, &at->bindings[b]);
-        REQUIRE(from->defined, "%s reads %s, which nobody wrote", at->name, name_of(d, &at->bindings[b]));
+        REQUIRE(from->defined || is_left_out(d, &at->bindings[b]), "%s reads %s, which nobody wrote", at->name, name_of(d, &at->bindings[b]));
         h = mix_bytes(h, &from->value, sizeof from->value);
     }
     for (uint32_t b = 0; b < at->binding_count; b++) {
         const nrd_binding *binding = &at->bindings[b];
-        if (binding->access != NRD_ACCESS_WRITE) continue;
+        if (!is_written(binding)) continue;
         for (uint32_t t = 0; binding->resource == NRD_RESOURCE_INTERNAL && t < d->info->texture_count; t++)
             if (t != binding->texture && share_memory(d, t, binding->texture)) d->textures[t].defined = false;
         *content_of(d, binding) = (content){ true, mix_bytes(h, &b, sizeof b) };
     }
 }
 
+/* Are the groups of the first counted by the second? */
+static bool is_counted_by(const nrd_dispatch *x, const nrd_dispatch *y)
+{
+    bool counted = false;
+    for (uint32_t b = 0; b < y->binding_count; b++) counted |= y->bindings[b].access == NRD_ACCESS_BUFFER && x->indirect == 1 + y->bindings[b].texture;
+    return counted;
+}
+
 /* Read after write, write after read, write after write. */
 static bool conflict(const device *d, const nrd_dispatch *x, const nrd_dispatch *y)
 {
+    if (is_counted_by(x, y) || is_counted_by(y, x)) return true;
     for (uint32_t a = 0; a < x->binding_count; a++)
         for (uint32_t b = 0; b < y->binding_count; b++)
-            if ((x->bindings[a].access == NRD_ACCESS_WRITE || y->bindings[b].access == NRD_ACCESS_WRITE) && same_place(d, &x->bindings[a], &y->bindings[b])) return true;
+            if ((is_written(&x->bindings[a]) || is_written(&y->bindings[b])) && same_place(d, &x->bindings[a], &y->bindings[b])) return true;
     return false;
 }
 

@@ -6,6 +6,7 @@
 
 /* ---------------------------------------------------------------------------------------------------------------------------
    All that an app may switch from frame to frame  >>modes */
+enum { MAX_TEXTURES = 256 };
 enum { MODE_NO_BLUR = 1, MODE_NO_ANTILAG = 2, MODE_PREPASS = 4, MODE_SPLIT = 8, MODE_CONFIDENCE = 16, MODE_THRESHOLD_MIX = 32, MODE_RECONSTRUCTION = 64, MODE_COUNT = 128 };
 
 /* What the features do not allow is left off. */
@@ -102,8 +103,8 @@ static void check_no_read_before_write(nrd *instance, uint32_t features, uint32_
     (void)features;
     for (uint32_t frame = 0; frame < 3; frame++) {
         run r = run_mode(instance, frame, mode);
-        bool written[128] = { false }, out_written[NRD_RESOURCE_COUNT] = { false };
-        assert_true(info->texture_count <= 128);
+        bool written[MAX_TEXTURES] = { false }, out_written[NRD_RESOURCE_COUNT] = { false };
+        assert_true(info->texture_count <= MAX_TEXTURES);
         for (uint32_t d = 0; d < r.count; d++) {
             for (uint32_t b = 0; b < r.dispatches[d].binding_count; b++) {
                 const nrd_binding *use = &r.dispatches[d].bindings[b];
@@ -173,10 +174,13 @@ static void nrd_uses_resource_names_what_is_bound_in_some_frame(void **state)
 
 /* ---------------------------------------------------------------------------------------------------------------------------
    Ping-pong  >>pingpong */
-/* Two textures of one denoiser with the same name are the halves of a pair. The checker's counters are read by the CPU only. */
+/* Of the frame before, nothing but zeros is left in them. */
+static bool is_cleared_ahead(const nrd_texture *t) { return t->read_back || t->buffer; }
+
+/* Two textures of one denoiser with the same name are the halves of a pair. */
 static bool is_pair(const nrd_info *info, uint32_t texture)
 {
-    return !info->textures[texture].read_back && texture + 1 < info->texture_count && info->textures[texture].denoiser == info->textures[texture + 1].denoiser
+    return !is_cleared_ahead(&info->textures[texture]) && texture + 1 < info->texture_count && info->textures[texture].denoiser == info->textures[texture + 1].denoiser
         && strcmp(info->textures[texture].name, info->textures[texture + 1].name) == 0;
 }
 
@@ -257,6 +261,35 @@ static void counters_are_cleared_one_frame_ahead(void **state)
     }
 }
 
+/* Passes that bind the list of tiles have as many groups as this frame has counted, where the one before has cleared. */
+static void passes_on_listed_tiles_have_the_number_of_groups_of_their_frame(void **state)
+{
+    spy s;
+    (void)state;
+    for (int i = NRD_DENOISER_REBLUR_DIFFUSE; i <= NRD_DENOISER_REBLUR_DIFFUSE_DIRECTIONAL_OCCLUSION; i++) {
+        nrd *instance = create_one(&s, (nrd_denoiser)i, 64, 48, NRD_FEATURE_ALL);
+        const nrd_info *info = nrd_get_info(instance);
+        uint32_t cleared = UINT32_MAX;
+        for (uint32_t frame = 0; frame < 4; frame++) {
+            run r = run_mode(instance, frame, MODE_PREPASS);
+            const nrd_binding *list = &r.dispatches[0].bindings[2], *groups = list + 1;
+            uint32_t listed = 0;
+            assert_string_equal(r.dispatches[0].name, "tiles");
+            assert_true(info->textures[groups->texture].buffer && info->textures[groups->texture].bytes >= 12 && !r.dispatches[0].indirect);
+            if (frame > 0) assert_int_equal(groups->texture, cleared);
+            for (uint32_t d = 1; d < r.count; d++) {
+                const nrd_dispatch *at = &r.dispatches[d];
+                bool lists = same_resource(&at->bindings[at->binding_count - 1], list);
+                assert_int_equal(at->indirect, lists ? 1 + groups->texture : 0);
+                listed += lists;
+            }
+            assert_true(listed >= 3);
+            cleared = groups[1].texture;
+        }
+        nrd_destroy(instance);
+    }
+}
+
 /* In the steady state every read finds what the same pass wrote the same number of frames ago. */
 typedef struct origin { uint32_t pass, frame; } origin;
 
@@ -282,7 +315,7 @@ static uint32_t origins_of_frame(nrd *instance, uint32_t frame, uint32_t mode, o
 
 static void check_steady_flow(nrd *instance, uint32_t features, uint32_t mode)
 {
-    origin last_write[128], found[2][512];
+    origin last_write[MAX_TEXTURES], found[2][512];
     uint32_t counts[2] = { 0, 0 };
     (void)features;
     memset(last_write, 0xff, sizeof last_write);
@@ -331,7 +364,7 @@ static void no_dispatch_filters_or_writes_twice_what_it_writes(void **state)
 static void check_lifetimes(nrd *instance, uint32_t features, uint32_t mode)
 {
     const nrd_info *info = nrd_get_info(instance);
-    uint32_t first[128], last[128];
+    uint32_t first[MAX_TEXTURES], last[MAX_TEXTURES];
     (void)mode;
     for (uint32_t t = 0; t < info->texture_count; t++) first[t] = UINT32_MAX, last[t] = 0;
     for (uint32_t m = 0, frame = 0; m < MODE_COUNT; m++) {
@@ -417,7 +450,8 @@ static void memory_at_1080p_stays_within_the_budget_of_each_denoiser(void **stat
             const nrd_info *info = nrd_get_info(instance);
             assert_true(budgets[i] > 0);
             uint64_t hit_distances = features & NRD_FEATURE_HIT_DISTANCE_RECONSTRUCTION ? 2 * 2 * 1920 * 1080 : 0;   /* two bytes a pixel and signal */
-            assert_in_range(info->permanent_bytes + info->transient_bytes, 1, budgets[i] + hit_distances);
+            uint64_t tiles = 240 * 135 * 5 + 32;   /* lists of tiles: five bytes each */
+            assert_in_range(info->permanent_bytes + info->transient_bytes, 1, budgets[i] + hit_distances + tiles);
             nrd_destroy(instance);
         }
 }
@@ -1013,6 +1047,7 @@ int main(void)
         cmocka_unit_test(nrd_uses_resource_names_what_is_bound_in_some_frame),
         cmocka_unit_test(ping_pong_halves_alternate_and_are_overwritten_only_after_they_were_read),
         cmocka_unit_test(counters_are_cleared_one_frame_ahead),
+        cmocka_unit_test(passes_on_listed_tiles_have_the_number_of_groups_of_their_frame),
         cmocka_unit_test(every_read_finds_what_the_same_pass_wrote_in_this_frame_or_the_last),
         cmocka_unit_test(no_dispatch_filters_or_writes_twice_what_it_writes),
         cmocka_unit_test(transient_lifetimes_match_the_dispatches_and_no_texture_is_unused),

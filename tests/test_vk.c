@@ -111,6 +111,12 @@ static VKAPI_ATTR void VKAPI_CALL spy_vkCmdDispatch(VkCommandBuffer cmd, uint32_
     REAL(vkCmdDispatch)(cmd, x, y, z);
 }
 
+static VKAPI_ATTR void VKAPI_CALL spy_vkCmdDispatchIndirect(VkCommandBuffer cmd, VkBuffer buffer, VkDeviceSize offset)
+{
+    spy_log('D');
+    REAL(vkCmdDispatchIndirect)(cmd, buffer, offset);
+}
+
 static VKAPI_ATTR void VKAPI_CALL spy_vkCmdPipelineBarrier(VkCommandBuffer cmd, VkPipelineStageFlags from, VkPipelineStageFlags to, VkDependencyFlags flags, uint32_t mn,
                                                            const VkMemoryBarrier *m, uint32_t bn, const VkBufferMemoryBarrier *b, uint32_t in, const VkImageMemoryBarrier *i)
 {
@@ -125,7 +131,7 @@ static PFN_vkVoidFunction VKAPI_CALL spy_get_device_proc(VkDevice d, const char 
     SPY_OBJECTS(SPY_ENTRIES)
     SPY_ENTRY(vkAllocateMemory) SPY_ENTRY(vkFreeMemory) SPY_ENTRY(vkMapMemory) SPY_ENTRY(vkBindImageMemory) SPY_ENTRY(vkBindBufferMemory)
     SPY_ENTRY(vkAllocateDescriptorSets) SPY_ENTRY(vkCreateComputePipelines) SPY_ENTRY(vkDestroyPipeline)
-    SPY_ENTRY(vkCmdDispatch) SPY_ENTRY(vkCmdPipelineBarrier)
+    SPY_ENTRY(vkCmdDispatch) SPY_ENTRY(vkCmdDispatchIndirect) SPY_ENTRY(vkCmdPipelineBarrier)
     return device.get_device_proc(d, name);
 }
 
@@ -764,7 +770,7 @@ static bool conflict(const nrd_dispatch *a, const nrd_dispatch *b)
 {
     for (uint32_t i = 0; i < a->binding_count; i++)
         for (uint32_t j = 0; j < b->binding_count; j++)
-            if (same_image(&a->bindings[i], &b->bindings[j]) && (a->bindings[i].access == NRD_ACCESS_WRITE || b->bindings[j].access == NRD_ACCESS_WRITE)) return true;
+            if (same_image(&a->bindings[i], &b->bindings[j]) && (a->bindings[i].access >= NRD_ACCESS_WRITE || b->bindings[j].access >= NRD_ACCESS_WRITE)) return true;
     return false;
 }
 

@@ -186,9 +186,15 @@ void post_blur(ivec2 pixel, uvec2 guide)
     SH_ONLY(store_lights(pixel);)
 }
 
-void main()
+#ifdef SH
+#define TILES (SH_HISTORY + HAS_DIFFUSE + HAS_SPECULAR)
+#else
+#define TILES SH_FIRST
+#endif
+#include "../common/tiles.glsl"
+
+void process(ivec2 pixel)
 {
-    ivec2 pixel = ivec2(gl_GlobalInvocationID.xy);
     if (!in_rect(pixel)) return;
     uvec2 guide = texelFetch(in_guide, pixel, 0).xy;
     if (guide_is_sky(guide.x)) return;

@@ -13,6 +13,9 @@ layout(binding = 2) uniform sampler2D in_view_z;
 layout(binding = 3) uniform sampler2D in_radiance_hit_dist;
 layout(binding = 4, r16f) uniform writeonly image2D out_hit_dist;
 
+#define TILES 5
+#include "../common/tiles.glsl"
+
 const int REACH = 2;              /* pixels */
 const int SIDE = 8 + 2 * REACH;
 const float FALLOFF = 0.24;       /* of the weights, 2^-x per squared pixel: to a half at the rim */
@@ -22,7 +25,7 @@ shared vec2 s_sample[SIDE * SIDE];      /* normalised hit distance, roughness of
 
 void load_cell(int cell)
 {
-    ivec2 pixel = ivec2(gl_WorkGroupID.xy) * 8 - REACH + ivec2(cell % SIDE, cell / SIDE);
+    ivec2 pixel = tile * 8 - REACH + ivec2(cell % SIDE, cell / SIDE);
     s_surface[cell] = vec4(0.0);
     s_sample[cell] = vec2(0.0);
     if (!in_rect(pixel)) return;
@@ -60,11 +63,11 @@ float reconstruct(ivec2 pixel, int center)
     return sum.y > 0.0 ? sum.x / sum.y : 0.0;
 }
 
-void main()
+void process(ivec2 pixel)
 {
     for (int cell = int(gl_LocalInvocationIndex); cell < SIDE * SIDE; cell += 64) load_cell(cell);
     barrier();
-    ivec2 pixel = ivec2(gl_GlobalInvocationID.xy), at = ivec2(gl_LocalInvocationID.xy) + REACH;
+    ivec2 at = ivec2(gl_LocalInvocationID.xy) + REACH;
     int center = at.x + SIDE * at.y;
     if (!in_rect(pixel) || s_surface[center].w == 0.0) return;
     float hit_dist = s_sample[center].x > 0.0 ? s_sample[center].x : reconstruct(pixel, center);

@@ -40,6 +40,15 @@ layout(binding = 9, rg32ui) uniform writeonly uimage2D out_tap;
 layout(binding = 9, r32ui) uniform writeonly uimage2D out_tap;
 #endif
 
+#if defined(DIFFUSE) && defined(SPECULAR)
+#define TILES 13
+#elif defined(DIFFUSE)
+#define TILES 11
+#else
+#define TILES 9
+#endif
+#include "../common/tiles.glsl"
+
 const int SPAN = 6;   /* quads of 2 x 2 pixels: the group's 4 x 4 and those around */
 const float CHANGED_FRAMES = 4.0;   /* what history counts for after a certain change */
 /* Motion of the reflection, in footprints of the lobe, that cuts history to a quarter. 0.12 to 0.5 tried: more trails, less flickers. */
@@ -107,7 +116,7 @@ void load_quads()
 {
     int i = int(gl_LocalInvocationIndex);
     if (i < SPAN * SPAN) {
-        ivec2 pixel = ivec2(gl_WorkGroupID.xy) * 8 + ivec2(i % SPAN, i / SPAN) * 2 - 2;
+        ivec2 pixel = tile * 8 + ivec2(i % SPAN, i / SPAN) * 2 - 2;
         vec2 corner = vec2(pixel + 1);   /* where the four meet */
         vec4 z = textureGather(in_view_z, (corner + vec2(rect_origin())) / vec2(textureSize(in_view_z, 0)), 0) * g.view_z_scale;
         ivec4 x = pixel.x + ivec4(0, 1, 1, 0), y = pixel.y + ivec4(1, 1, 0, 0);   /* the order of textureGather() */
@@ -336,10 +345,9 @@ Lobe accumulate(Lobe h, float noisy, vec3 moment, Sums sums)
     return h;
 }
 
-void main()
+void process(ivec2 pixel)
 {
     load_quads();
-    ivec2 pixel = ivec2(gl_GlobalInvocationID.xy);
     float signed_z = 0.0;
     vec2 noisy = vec2(0.0);
     if (in_rect(pixel)) signed_z = texelFetch(in_view_z, pixel + rect_origin(), 0).x * g.view_z_scale;

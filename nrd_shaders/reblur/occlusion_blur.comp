@@ -180,9 +180,17 @@ float filter_specular(Center c, Lobe lobe, bool filtered)
 
 float shown(float occlusion, float frames) { return round_half(vec4(has_flag(NRD_FLAG_RETURN_HISTORY) ? frames : occlusion)).x; }
 
-void main()
+#if defined(POST_BLUR) && defined(DIFFUSE) && defined(SPECULAR)
+#define TILES 6
+#elif defined(DIFFUSE)
+#define TILES 5
+#else
+#define TILES 4
+#endif
+#include "../common/tiles.glsl"
+
+void process(ivec2 pixel)
 {
-    ivec2 pixel = ivec2(gl_GlobalInvocationID.xy);
     if (!in_rect(pixel)) return;
     Texel texel = Texel(texelFetch(in_tap, pixel, 0).xy, 0u);
     if (tap_is_sky(texel.tap)) {

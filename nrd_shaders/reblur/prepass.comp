@@ -128,9 +128,15 @@ float tap_weight(Pixel p, Pixel tap)
     return clamp(1.0 - plane, 0.0, 1.0) * clamp(1.0 - rough, 0.0, 1.0) * exp(-lobe * bend);
 }
 
-void main()
+#ifdef SH
+#define TILES 8
+#else
+#define TILES 6
+#endif
+#include "../common/tiles.glsl"
+
+void process(ivec2 pixel)
 {
-    ivec2 pixel = ivec2(gl_GlobalInvocationID.xy);
     Pixel p, tap;
     if (!in_rect(pixel) || !load_pixel(pixel, p)) return;
     vec4 center = load_center(pixel, p.z);

@@ -41,7 +41,7 @@ vec2 size_prev_px() { return g.rect_px.zw; }
 Footprint fetch_footprint(vec2 uv_prev)
 {
     Footprint f;
-    vec2 place = is_absent(NRD_ABSENT_MOTION) ? vec2(gl_GlobalInvocationID.xy) : place_prev(uv_prev), corner = floor(place);
+    vec2 place = is_absent(NRD_ABSENT_MOTION) ? vec2(tile_pixel()) : place_prev(uv_prev), corner = floor(place);
     f.fraction = place - corner;
     f.corner_uv = (corner + 1.0) / vec2(textureSize(prev_guide, 0));
     f.base = ivec2(corner);

@@ -40,7 +40,7 @@ struct VirtualMotion {
 
 void load_cell(int cell)
 {
-    ivec2 pixel = ivec2(gl_WorkGroupID.xy) * 8 - 1 + ivec2(cell % SIDE, cell / SIDE);
+    ivec2 pixel = tile * 8 - 1 + ivec2(cell % SIDE, cell / SIDE);
     s_surface[cell] = vec4(0.0);
     s_tracked[cell] = -1.0;
     if (!in_rect(pixel)) return;

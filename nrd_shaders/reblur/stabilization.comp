@@ -84,9 +84,15 @@ void finish(ivec2 pixel, uvec2 guide, int signal, Track track, vec4 color)
     SH_ONLY(store_light(signal, pixel, vec4(lights[signal].xyz * luma, lights[signal].w));)
 }
 
-void main()
+#ifdef SH
+#define TILES (SH_FIRST + 1 + HAS_DIFFUSE + HAS_SPECULAR)
+#else
+#define TILES SH_FIRST
+#endif
+#include "../common/tiles.glsl"
+
+void process(ivec2 pixel)
 {
-    ivec2 pixel = ivec2(gl_GlobalInvocationID.xy);
     if (!in_rect(pixel)) return;
     uvec2 guide = texelFetch(in_guide, pixel, 0).xy;
     if (guide_is_sky(guide.x)) return;

@@ -74,6 +74,13 @@ vec4 load_light_history(int s, ivec2 p) { OF_SIGNAL(s, return texelFetch(diff_li
 void store_light(int s, ivec2 p, vec4 v) { OF_SIGNAL(s, imageStore(out_diff_light, p, v), imageStore(out_spec_light, p, v)) }
 #endif
 
+#ifdef SH
+#define TILES (SH_FIRST + 3 * HAS_DIFFUSE + 3 * HAS_SPECULAR)
+#else
+#define TILES (FIRST + 8 * HAS_DIFFUSE + 10 * HAS_SPECULAR)
+#endif
+#include "../common/tiles.glsl"
+
 vec4 gather_stabilized(int s, vec2 uv) { OF_SIGNAL(s, return textureGather(prev_diff_stabilized, uv, 0).wzxy, return textureGather(prev_spec_stabilized, uv, 0).wzxy) }
 vec4 load_history(int s, ivec2 p) { OF_SIGNAL(s, return texelFetch(diff_history, p, 0), return texelFetch(spec_history, p, 0)) }
 #ifdef SPECULAR
@@ -295,7 +302,7 @@ void write_tile(int signal, float squares)
     for (uint k = 0u; k < 8u; k++) sum += s_sums[signal][k];
     float farther = sum.w * inversesqrt(squares + 64.0 * LEAST_HIT_DIST_NOISE * LEAST_HIT_DIST_NOISE) / shared_doubt();
     sum /= 64.0;
-    store_tile(signal, ivec2(gl_WorkGroupID.xy), nrd_round_to_half(vec4(clamp(sum.x, -65504.0, 65504.0), min(sqrt(sum.y), 65504.0), min(sum.z, 65504.0), farther)));
+    store_tile(signal, tile, nrd_round_to_half(vec4(clamp(sum.x, -65504.0, 65504.0), min(sqrt(sum.y), 65504.0), min(sum.z, 65504.0), farther)));
 }
 
 void write_tiles()
@@ -321,11 +328,11 @@ void write_tiles()
     }
 }
 
-void main()
+void process(ivec2 pixel)
 {
 #ifdef SPECULAR
     load_neighbourhood();
 #endif
-    denoise(ivec2(gl_GlobalInvocationID.xy));
+    denoise(pixel);
     if (!is_absent(NRD_ABSENT_LIGHTING_CHANGE)) write_tiles();
 }

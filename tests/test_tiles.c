@@ -1,0 +1,179 @@
+/* Tiles that are all sky: leaving them out changes no bit, of the outputs of this frame or of any after it, and nothing runs on them. */
+#define NRD_IMPLEMENTATION
+#define NRD_VK_IMPLEMENTATION
+#include "nrd_vk.h"
+
+#include "stage.h"
+
+static const char *const nothing[3] = { NULL, NULL, NULL };
+static stage listed, whole;
+
+/* ---------------------------------------------------------------------------------------------------------------------------
+   Two ways to run a pass  >>ways */
+static uint32_t width_of(const stage *s) { return s->rect_width ? s->rect_width : STAGE_WIDTH; }
+static uint32_t height_of(const stage *s) { return s->rect_height ? s->rect_height : STAGE_HEIGHT; }
+
+/* As nrd.h allows: with a group for every tile. */
+static VKAPI_ATTR void VKAPI_CALL dispatch_all(VkCommandBuffer cmd, VkBuffer buffer, VkDeviceSize offset)
+{
+    PFN_vkCmdDispatch dispatch = (PFN_vkCmdDispatch)device.get_device_proc(device.device, "vkCmdDispatch");
+    (void)buffer;
+    (void)offset;
+    dispatch(cmd, (width_of(&whole) + 7) / 8, (height_of(&whole) + 7) / 8, 1);
+}
+
+static PFN_vkVoidFunction VKAPI_CALL find_function(VkDevice d, const char *name)
+{
+    return strcmp(name, "vkCmdDispatchIndirect") == 0 ? (PFN_vkVoidFunction)dispatch_all : device.get_device_proc(d, name);
+}
+
+/* What nobody writes stays. */
+static void fill_outputs(stage *s)
+{
+    static uint8_t pattern[STAGE_PIXELS * 16];
+    for (size_t i = 0; i < sizeof pattern; i++) pattern[i] = (uint8_t)(i % 61);
+    for (int i = 0; i < NRD_RESOURCE_COUNT; i++)
+        if (s->images[i].view && nrd_resource_format((nrd_resource)i) != NRD_FORMAT_ANY) assert_true(gpu_upload(&device, &s->images[i], pattern));
+}
+
+static void open_both(nrd_denoiser denoiser, bool (*is_sky)(uint32_t, uint32_t, uint32_t))
+{
+    nrd_vk_desc callbacks = { .get_device_proc = find_function };
+    stage_open(&listed, denoiser, 0, NULL);
+    stage_open(&whole, denoiser, 0, &callbacks);
+    for (int i = 0; i < 2; i++) {
+        stage *s = i ? &whole : &listed;
+        s->is_sky = is_sky;
+        stage_set(s, nothing);
+        fill_outputs(s);
+    }
+}
+
+static void run_both(uint32_t frame, uint32_t rect_width, uint32_t rect_height, const char *what)
+{
+    listed.rect_width = whole.rect_width = rect_width;
+    listed.rect_height = whole.rect_height = rect_height;
+    stage_run(&listed, frame, NULL);
+    stage_run(&whole, frame, NULL);
+    stage_assert_same(&listed, &whole, what);
+}
+
+static void close_both(void)
+{
+    stage_close(&listed);
+    stage_close(&whole);
+    assert_int_equal(gpu_message_count(&device), 0);
+}
+
+static bool is_on_tiles(nrd_denoiser d)
+{
+    return d != NRD_DENOISER_REFERENCE && d != NRD_DENOISER_SIGMA_SHADOW && d != NRD_DENOISER_SIGMA_SHADOW_TRANSLUCENCY;
+}
+
+/* ---------------------------------------------------------------------------------------------------------------------------
+   Skies  >>skies */
+static bool everywhere(uint32_t x, uint32_t y, uint32_t frame) { (void)x; (void)y; (void)frame; return true; }
+
+/* The upper half, which ends within a row of tiles. */
+static bool above(uint32_t x, uint32_t y, uint32_t frame) { (void)x; (void)frame; return y < STAGE_HEIGHT / 2 - 1; }
+
+/* To the right, from the fifth frame on; before, there were surfaces. */
+static bool right(uint32_t x, uint32_t y, uint32_t frame) { (void)y; return frame >= 5 && x >= 8; }
+
+/* Nothing but sky, in which a pixel, a tile and at last a half of the picture appear; they go as they came. */
+static bool comes_and_goes(uint32_t x, uint32_t y, uint32_t frame)
+{
+    uint32_t step = frame % 16;
+    if (step < 4 || step >= 12) return true;
+    if (step < 6) return !(x == 21 && y == 13);
+    if (step < 8) return !(x / 8 == 2 && y / 8 == 1);
+    return x < STAGE_WIDTH / 2;
+}
+
+/* ---------------------------------------------------------------------------------------------------------------------------
+   Tests  >>tests */
+static void leaving_out_tiles_of_sky_changes_no_bit_of_any_frame(void **state)
+{
+    (void)state;
+    for (int d = 0; d < NRD_DENOISER_COUNT; d++) {
+        if (!is_on_tiles((nrd_denoiser)d)) continue;
+        open_both((nrd_denoiser)d, comes_and_goes);
+        for (uint32_t frame = 0; frame < 24; frame++) run_both(frame, 0, 0, "sky that comes and goes");
+        close_both();
+    }
+}
+
+static void tiles_cut_by_the_rectangle_are_others_when_it_changes(void **state)
+{
+    static const uint32_t rects[][2] = { { 0, 0 }, { 27, 19 }, { 28, 19 }, { 9, 8 }, { 0, 0 } };
+    (void)state;
+    open_both(NRD_DENOISER_REBLUR_DIFFUSE, right);
+    for (uint32_t frame = 0; frame < 13; frame++) run_both(frame, frame < 5 ? 0 : frame < 10 ? 9 : 20, 0, "a rectangle that grows over surfaces that have gone");
+    close_both();
+    open_both(NRD_DENOISER_REBLUR_DIFFUSE, above);
+    for (uint32_t frame = 0; frame < 25; frame++) run_both(frame, rects[frame / 5][0], rects[frame / 5][1], "a rectangle that changes over a half sky");
+    for (uint32_t frame = 25; frame < 35; frame++) run_both(frame, 20 + frame % 7, 15 + frame % 5, "a rectangle that changes in every frame");
+    close_both();
+    open_both(NRD_DENOISER_REBLUR_DIFFUSE_OCCLUSION, comes_and_goes);
+    for (uint32_t frame = 0; frame < 32; frame++) run_both(frame, frame % 3 ? 33 : 0, frame % 5 ? 17 : 0, "a rectangle that changes");
+    close_both();
+}
+
+static void frames_left_out_and_restarts_change_nothing(void **state)
+{
+    (void)state;
+    open_both(NRD_DENOISER_REBLUR_DIFFUSE_SPECULAR, comes_and_goes);
+    for (uint32_t frame = 0; frame < 40; frame += 1 + frame % 3) run_both(frame, 0, 0, "a frame that was left out");
+    close_both();
+}
+
+/* Numbers of groups of the last frame. */
+static const uint32_t *groups_of(const stage *s)
+{
+    const nrd_info *info = nrd_get_info(s->instance);
+    uint32_t t = 0;
+    while (!info->textures[t].buffer) t++;
+    const char *mapped = (const char *)s->vk->memory[NRD_VK_MEMORY_CONSTANTS].mapped;
+    const uint32_t *first = (const uint32_t *)(mapped + nrdi_vk_groups_of(s->vk, t)), *second = (const uint32_t *)(mapped + nrdi_vk_groups_of(s->vk, t + 1));
+    assert_true(first[1] == 0 || second[1] == 0);   /* one is the next frame's */
+    return second[1] ? second : first;
+}
+
+static void a_sky_takes_no_groups_from_its_third_frame_on(void **state)
+{
+    (void)state;
+    for (int d = 0; d < NRD_DENOISER_COUNT; d++) {
+        if (!is_on_tiles((nrd_denoiser)d)) continue;
+        open_both((nrd_denoiser)d, everywhere);
+        for (uint32_t frame = 0; frame < 5; frame++) {
+            run_both(frame, 0, 0, "nothing but sky");
+            assert_int_equal(groups_of(&listed)[1], frame < 2 ? STAGE_HEIGHT / 8 : 0);
+        }
+        close_both();
+    }
+}
+
+static void a_half_sky_takes_the_groups_of_the_other_half(void **state)
+{
+    (void)state;
+    open_both(NRD_DENOISER_REBLUR_SPECULAR, above);
+    for (uint32_t frame = 0; frame < 5; frame++) run_both(frame, 0, 0, "a half sky");
+    const uint32_t *groups = groups_of(&listed);
+    assert_int_equal(groups[0], STAGE_WIDTH / 8);
+    assert_int_equal(groups[1], 2);   /* rows, of three */
+    assert_int_equal(groups[2], 1);
+    assert_int_equal(groups[3], 2 * (STAGE_WIDTH / 8));
+    close_both();
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(leaving_out_tiles_of_sky_changes_no_bit_of_any_frame),
+        cmocka_unit_test(tiles_cut_by_the_rectangle_are_others_when_it_changes),
+        cmocka_unit_test(frames_left_out_and_restarts_change_nothing),
+        cmocka_unit_test(a_sky_takes_no_groups_from_its_third_frame_on),
+        cmocka_unit_test(a_half_sky_takes_the_groups_of_the_other_half),
+    };
+    return cmocka_run_group_tests(tests, open_validated_device, close_device);
+}
