@@ -400,7 +400,7 @@ NRD_DECL bool nrd_format_is_uint(nrd_format format);
     X(float, max_accumulated_frames, 32.0f, 0.0f, 63.0f, "frames", "length of the history; less reacts faster, more is less noisy") \
     X(float, max_stabilized_frames, 16.0f, 0.0f, 63.0f, "frames", "length of the stabilised luminance history; 0 off; more flickers less") \
     X(float, history_fix_frames, 2.5f, 0.0f, 16.0f, "frames", "histories shorter than this take neighbours with looser geometry") \
-    X(float, feedback_frames, 1.25f, 0.0f, 64.0f, "frames", "filtered colour returns to history fully up to this length, then fades as feedback_frames / length") \
+    X(float, feedback_frames, 2.0f, 0.0f, 64.0f, "frames", "filtered colour returns to history fully up to this length, then fades as feedback_frames / length") \
     X(float, max_blur_radius, 15.0f, 0.0f, 60.0f, "px", "reach of the spatial filter; 0 off; scaled with the rectangle") \
     X(float, diffuse_prepass_blur_radius, 0.0f, 0.0f, 75.0f, "px", "blur before accumulation, for probabilistic sampling; 0 off (needs NRD_FEATURE_PREPASS)") \
     X(float, specular_prepass_blur_radius, 0.0f, 0.0f, 75.0f, "px", "the same for the specular signal, at most as wide as what the lobe sees") \
