@@ -80,27 +80,37 @@ $1 != device { device = $1; printf "%s%s, times at %s\n\n", (NR > 1 ? "\n" : "")
 { printf "| %s %s | %s | %s | %s | %s | %s | %s | %s | %s | %s |\n", $4, $5, $7, $6, $8, $12, $13, $14, $9, $10, $11 }' "$work/rows" > "$work/table"
 replace README.md "<!-- report" "$work/table"
 
-# The chart: error against nanoseconds per pixel, both logarithmic, one colour per device.
+# The chart: error against nanoseconds per pixel, both logarithmic, one panel per device; a line through the presets of a denoiser.
 awk -F'|' '
-function lx(x) { return 70 + (log(x) - x0) / (x1 - x0) * 620 }
-function ly(y) { return 330 - (log(y) - y0) / (y1 - y0) * 290 }
+function lx(x) { return 70 + (log(x) - x0[d]) / (x1[d] - x0[d]) * 620 }
+function ly(y) { return 360 * d - 40 - (log(y) - y0[d]) / (y1[d] - y0[d]) * 280 }
 function least(a, b) { return a < b ? a : b }
-function mark(at, error, text, filled) { n++; device[n] = $1; x[n] = at; y[n] = error; name[n] = text; full[n] = filled }
-$6 > 0 && $8 > 0 { mark($6, $8, $4 " " $5, 1) }
+function mark(at, error, who, filled) {
+    if (!($1 in panel)) { panel[$1] = ++panels; title[panels] = $1; x0[panels] = y0[panels] = 1e9; x1[panels] = y1[panels] = -1e9 }
+    n++; d = place[n] = panel[$1]; x[n] = at; y[n] = error; name[n] = who; full[n] = filled
+    x0[d] = least(x0[d], log(at / 1.3)); x1[d] = -least(-x1[d], -log(at * 3)); y0[d] = least(y0[d], log(error / 1.5)); y1[d] = -least(-y1[d], -log(error * 1.5)) }
+function is_free(left, right, at, k) { # no label is there
+    for (k = 1; k <= labels; k++) if (left < rights[k] && right > lefts[k] && at - tops[k] < 10 && tops[k] - at < 10) return 0
+    return 1 }
+function put_label(text, at_x, at_y, k, try) {
+    for (try = 0; try < 40; try++) { k = at_y + (try % 2 ? -1 : 1) * int((try + 1) / 2) * 5; if (is_free(at_x, at_x + 5.2 * length(text), k)) break }
+    labels++; lefts[labels] = at_x; rights[labels] = at_x + 5.2 * length(text); tops[labels] = k
+    printf "<text x=\"%.1f\" y=\"%.1f\" fill=\"#333\">%s</text>\n", at_x, k, text }
+$6 > 0 && $8 > 0 { mark($6, $8, $4, $5 == "balanced" ? 2 : 1) }
 $6 > 0 && $13 > 0 { mark($6, $13, "", 0) }
 END {
-    x0 = y0 = 1e9; x1 = y1 = -1e9
-    for (i = 1; i <= n; i++) { x0 = least(x0, log(x[i] / 1.6)); x1 = -least(-x1, -log(x[i] * 4)); y0 = least(y0, log(y[i] / 1.5)); y1 = -least(-y1, -log(y[i] * 1.5)) }
-    print "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 720 380\" font-family=\"sans-serif\" font-size=\"11\">"
-    print "<rect width=\"720\" height=\"380\" fill=\"#fff\"/><rect x=\"70\" y=\"40\" width=\"620\" height=\"290\" fill=\"none\" stroke=\"#ccc\"/>"
-    for (e = -4; e <= 6; e++) for (k = 1; k <= 5; k += k == 2 ? 3 : 1) { t = k * exp(e * log(10))
-        if (log(t) > x0 && log(t) < x1) printf "<line x1=\"%.1f\" x2=\"%.1f\" y1=\"40\" y2=\"330\" stroke=\"#eee\"/><text x=\"%.1f\" y=\"345\" text-anchor=\"middle\" fill=\"#666\">%g</text>\n", lx(t), lx(t), lx(t), t
-        if (log(t) > y0 && log(t) < y1) printf "<line y1=\"%.1f\" y2=\"%.1f\" x1=\"70\" x2=\"690\" stroke=\"#eee\"/><text x=\"64\" y=\"%.1f\" text-anchor=\"end\" fill=\"#666\">%g</text>\n", ly(t), ly(t), ly(t) + 4, t }
-    split("#0b62c4 #c4420b #1d8a4a #8a3ab9", colours, " ")
-    for (i = 1; i <= n; i++) {
-        if (!(device[i] in hue)) { hue[device[i]] = colours[++hues]; printf "<text x=\"%d\" y=\"28\" fill=\"%s\">%s</text>\n", 70 + 310 * (hues - 1), hue[device[i]], device[i] }
-        printf "<circle cx=\"%.1f\" cy=\"%.1f\" r=\"4\" stroke=\"%s\" fill=\"%s\"/><text x=\"%.1f\" y=\"%.1f\" fill=\"#333\">%s</text>\n", lx(x[i]), ly(y[i]), hue[device[i]], full[i] ? hue[device[i]] : "#fff", lx(x[i]) + 7, ly(y[i]) + 4, name[i] }
-    print "<text x=\"380\" y=\"368\" text-anchor=\"middle\">nanoseconds per pixel</text><text x=\"70\" y=\"12\">trimmed relMSE in motion, one path per pixel; lower left is better; hollow: a plain filter of the same time</text></svg>"
+    printf "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 720 %d\" font-family=\"sans-serif\" font-size=\"10\">\n<rect width=\"720\" height=\"%d\" fill=\"#fff\"/>\n", 360 * panels + 20, 360 * panels + 20
+    for (d = 1; d <= panels; d++) {
+        printf "<rect x=\"70\" y=\"%d\" width=\"620\" height=\"280\" fill=\"none\" stroke=\"#ccc\"/><text x=\"70\" y=\"%d\" fill=\"#0b62c4\">%s</text>\n", 360 * d - 320, 360 * d - 327, title[d]
+        for (e = -4; e <= 6; e++) for (k = 1; k <= 5; k += k == 2 ? 3 : 1) { t = k * exp(e * log(10))
+            if (log(t) > x0[d] && log(t) < x1[d]) printf "<line x1=\"%.1f\" x2=\"%.1f\" y1=\"%d\" y2=\"%d\" stroke=\"#eee\"/><text x=\"%.1f\" y=\"%d\" text-anchor=\"middle\" fill=\"#666\">%g</text>\n", lx(t), lx(t), 360 * d - 320, 360 * d - 40, lx(t), 360 * d - 26, t
+            if (log(t) > y0[d] && log(t) < y1[d]) printf "<line y1=\"%.1f\" y2=\"%.1f\" x1=\"70\" x2=\"690\" stroke=\"#eee\"/><text x=\"64\" y=\"%.1f\" text-anchor=\"end\" fill=\"#666\">%g</text>\n", ly(t), ly(t), ly(t) + 4, t }
+        for (i = 1; i < n; i++) for (k = i + 1; k <= n; k++) # the next preset of the same denoiser
+            if (place[i] == d && place[k] == d && full[i] && full[k] && name[i] == name[k]) { printf "<line x1=\"%.1f\" y1=\"%.1f\" x2=\"%.1f\" y2=\"%.1f\" stroke=\"#9bc0ea\"/>\n", lx(x[i]), ly(y[i]), lx(x[k]), ly(y[k]); break }
+        for (i = 1; i <= n; i++) if (place[i] == d) printf "<circle cx=\"%.1f\" cy=\"%.1f\" r=\"%d\" stroke=\"#0b62c4\" fill=\"%s\"/>\n", lx(x[i]), ly(y[i]), full[i] == 2 ? 4 : 3, full[i] ? "#0b62c4" : "#fff"
+        for (i = 1; i <= n; i++) if (place[i] == d && full[i] == 2) put_label(name[i], lx(x[i]) + 7, ly(y[i]) + 4)
+        printf "<text x=\"380\" y=\"%d\" text-anchor=\"middle\">nanoseconds per pixel</text>\n", 360 * d - 10 }
+    print "<text x=\"70\" y=\"14\">trimmed relMSE in motion, one path per pixel; named: balanced, on its line: faster presets; hollow: a plain filter of the same time</text></svg>"
 }' "$work/rows" > examples/report.svg
 cat "$work/rows" > "$known"
 echo "publish: $(wc -l < "$work/costs") presets in nrd.h, $(wc -l < "$work/rows") rows in README.md, examples/report.svg"
