@@ -260,7 +260,7 @@ static void checkerboards_are_denoised_as_such(void **state)
     check_signal("interior", "0.5,1", "reblur_specular_occlusion", "specular_ao");
     check_signal("interior", "0.25,1", "reblur_diffuse", "diffuse");
     assert_int_equal(count(load("out/report.csv"), "reblur_diffuse_sh"), 0);
-    assert_int_equal(count(text, "denoiser,reference,"), 4);
+    assert_int_equal(count(text, "denoiser,reference,"), 3); /* occlusion of half of a checkerboard cannot be averaged */
     assert_true(cell_of("interior", "0.25,1", "more paths,reblur_diffuse,", "paths_traced") > 0.25);
     assert_int_equal(run_tiny(""), 0);
 }

@@ -66,6 +66,13 @@ static bool is_wanted(const measurement *m, const method *described)
     return (usual || !shadows) && (group->paths.count <= 1 || !method_takes_one_path(described, &m->first));
 }
 
+/* An average counts pixels that were not sampled as closed. */
+static bool can_be_averaged(const measurement *m, int signal)
+{
+    bool occlusion = signal == SIGNAL_AO || signal == SIGNAL_SPECULAR_AO;
+    return m->wanted[signal] && signal != SIGNAL_FINAL && (!occlusion || sequence_share(&m->seq.group) == 1);
+}
+
 /* Those that average any signal do so for all that others write, once these are known. */
 static bool add_described(measurement *m, method *described, bool any_signal_round)
 {
@@ -86,7 +93,7 @@ static bool add_described(measurement *m, method *described, bool any_signal_rou
         nothing_wanted &= !m->wanted[s];
     m->wanted[SIGNAL_DIFFUSE] |= nothing_wanted;
     for (int s = 0; s < SIGNAL_COUNT; s++)
-        if (m->wanted[s] && s != SIGNAL_FINAL && !add_method(m, described, (signal_id)s))
+        if (can_be_averaged(m, s) && !add_method(m, described, (signal_id)s))
             return false;
     return true;
 }
