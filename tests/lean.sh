@@ -68,10 +68,11 @@ modules="reblur_temporal_accumulation_diffuse_specular reblur_blur_diffuse_specu
          reblur_stabilization_diffuse_specular:3 reblur_diffuse_specular_occlusion_accumulation reblur_diffuse_specular_occlusion_blur
          sigma_accumulation sigma_blur"
 
+# Twice: what the optimizer has not seen before takes one round to become one function.
 count() { # module or module:iteration, nrd_desc.absent: instructions after specialization
     case $1 in *:*) iteration=${1#*:} ;; *) iteration=0 ;; esac
     spirv-opt --target-env=vulkan1.1 "--set-spec-const-default-value=0:0 1:0 2:0 3:$2 4:$iteration" --freeze-spec-const --fold-spec-const-op-composite \
-        --unify-const -O "$build/spv/${1%:*}.spv" -o "$work/module.spv" > "$work/log" 2>&1 && spirv-dis --raw-id "$work/module.spv" | grep -c '^ *\(%.* = \)\{0,1\}Op'
+        --unify-const -O -O "$build/spv/${1%:*}.spv" -o "$work/module.spv" > "$work/log" 2>&1 && spirv-dis --raw-id "$work/module.spv" | grep -c '^ *\(%.* = \)\{0,1\}Op'
 }
 
 if ! command -v spirv-opt > /dev/null || ! command -v spirv-dis > /dev/null; then
@@ -82,15 +83,17 @@ else
     done > "$work/full"
     awk '$2 > 100 { n++ } END { exit n != NR }' "$work/full"
     report $? "every module is specialized"
-    # Absence and the most that the instructions of all these modules together may be, in percent.
-    for row in "motion 90" "sky 99" "materials 99" "mirrors 92" "stabilization 99" "lighting_change 98" "blur 85"; do
-        name=${row% *}
-        most=${row#* }
+    # Absence, and the most that is left, in percent, of all these modules' instructions, or of the one named (.: all).
+    accumulation=reblur_temporal_accumulation_diffuse_specular
+    for row in "motion 60 $accumulation" "sky 99 ." "materials 99 ." "mirrors 63 $accumulation" "stabilization 99 ." "lighting_change 98 ." "blur 85 ."; do
+        # shellcheck disable=SC2086 # words
+        set -- $row
+        name=$1
         bit=$(sed -n "s/^#define NRD_ABSENT_$(echo "$name" | tr 'a-z' 'A-Z') *\([0-9]*\)$/\1/p" nrd.h)
         while read -r module full; do
             echo "$module $full $(count "$module" "$bit")"
         done < "$work/full" > "$work/lean"
-        awk -v most="$most" '{ full += $2; lean += $3; if ($3 > $2) grown = 1 } END { exit !(lean > 0 && !grown && lean * 100 <= full * most) }' "$work/lean"
+        awk -v most="$2" -v of="$3" '$1 ~ of { full += $2; lean += $3 } $3 > $2 { grown = 1 } END { exit !(lean > 0 && !grown && lean * 100 <= full * most) }' "$work/lean"
         report $? "absent $name: instructions $(awk '{ full += $2; lean += $3; if ($3 < 0.98 * $2) most = most ", " $1 " " $2 " to " $3 } END { printf "%d to %d%s", full, lean, most }' "$work/lean")"
     done
 fi
