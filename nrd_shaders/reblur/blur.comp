@@ -143,6 +143,7 @@ void blur(ivec2 pixel, uvec2 guide)
     Sums sums[SIGNALS];
     UNROLL for (int s = 0; s < SIGNALS; s++) {
         change[s] = has_flag(NRD_FLAG_ANTILAG) ? load_change(s, vec2(pixel) + 0.5) : vec4(0.0, 1.0, 0.0, 0.0);
+        change[s].y /= 1.0 + (change[s].y - 1.0) / max(guide_frames(guide, s), 1.0);   /* the newest sample has followed already */
         frames[s] = changed_frames(guide_frames(guide, s), change[s]);
         color[s] = load_color(s, pixel);
         ceiling[s] = limited ? firefly_ceiling(pixel, s, color[s].x) : 65504.0;
