@@ -3,35 +3,21 @@
 # repository root after `make examples`; prints one line per row and a total, exits 1 if any row differs.
 set -u
 
-passed=0
-failed=0
-work=$(mktemp -d) || exit 1
-trap 'rm -rf "$work"' EXIT
+. tests/shell/report.sh
 
 sh examples/report/needs.sh plan > "$work/rows" 2> "$work/log" || cat "$work/log"
 sed -n '/<!-- needs begin/,/<!-- needs end/p' README.md > "$work/table"
 # SPIR-V, which every change of a shader moves, within 10 %.
 while IFS='|' read -r need denoisers _ absent _ passes modules spirv memory _; do
-    if awk -F' *[|] *' -v need="$need" -v denoisers="$denoisers" -v absent="$absent" -v passes="$passes" -v modules="$modules" -v spirv="$spirv" -v memory="$memory" '
+    echo "README.md should have these numbers: sh examples/report/needs.sh run > rows, publish rows" > "$work/log"
+    awk -F' *[|] *' -v need="$need" -v denoisers="$denoisers" -v absent="$absent" -v passes="$passes" -v modules="$modules" -v spirv="$spirv" -v memory="$memory" '
         $2 == need && $3 == denoisers && $4 == absent && $5 == passes && $6 == modules && $8 == memory && $7 > 0.9 * spirv && $7 < 1.1 * spirv { found = 1 }
-        END { exit !found }' "$work/table"; then
-        passed=$((passed + 1))
-        echo "pass  $need: $passes passes, $modules modules, $spirv kB, $memory MB"
-    else
-        failed=$((failed + 1))
-        echo "FAIL  $need: README.md should have $passes passes, $modules modules, $spirv kB, $memory MB: sh examples/report/needs.sh run > rows, publish rows"
-    fi
+        END { exit !found }' "$work/table"
+    report $? "$need: $passes passes, $modules modules, $spirv kB, $memory MB"
 done < "$work/rows"
 
 # Each of the four needs less of everything than the whole.
 awk -F'|' '{ for (i = 6; i <= 9; i++) v[NR, i] = $i } END { ok = NR == 5; for (r = 1; r < NR; r++) for (i = 6; i <= 9; i++) ok = ok && v[r, i] + 0 < v[NR, i] + 0; exit !ok }' "$work/rows"
-if [ $? -eq 0 ]; then
-    passed=$((passed + 1))
-    echo "pass  every part needs less than everything"
-else
-    failed=$((failed + 1))
-    echo "FAIL  a part needs as much as everything"
-fi
+report $? "every part needs less than everything"
 
-echo "needs: $passed passed, $failed failed"
-[ "$failed" -eq 0 ]
+total needs

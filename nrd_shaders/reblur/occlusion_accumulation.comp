@@ -211,7 +211,8 @@ float threshold_at(ivec2 pixel)
 }
 
 /* Frames that specular history is worth: a static world seen in a plane at hit_dist moves over the surface by the parallax between the
-   surface and the mirrored point; what the surface itself moves counts as far as it turns the mirror. Both against the lobe's footprint. attached: what is seen moves with the camera. */
+   surface and the mirrored point; what the surface itself moves counts as far as it turns the mirror. Both against the lobe's footprint.
+   attached: what is seen moves with the camera. */
 float specular_limit(vec3 position, vec2 uv_prev, float hit_dist, float roughness, float bend, bool attached)
 {
     vec3 ray = g.orthographic > 0.5 ? vec3(0.0, 0.0, 1.0) : normalize(position);
