@@ -77,7 +77,8 @@ float tap_bend(uvec2 tap, vec3 normal)
     return max(1.0 - dot(normal, direction) * inversesqrt(dot(direction, direction)), 0.0);
 }
 
-bool same_tap_normal(uvec2 a, uvec2 b) { return ((a.x ^ b.x) & (((1u << (2u * OCT_BITS)) - 1u) << 12)) == 0u; }
+/* Whether normal and material are stored as the same bits. */
+bool is_alike(uvec2 a, uvec2 b) { return ((a.x ^ b.x) & (((4u << (2u * OCT_BITS)) - 1u) << 12)) == 0u; }
 
 /* ---- its lobes ---- */
 /* Rounded at random, so that averages survive few bits. random: [0, 1). */

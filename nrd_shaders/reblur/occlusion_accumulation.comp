@@ -65,10 +65,10 @@ shared vec3 s_specular[SPAN * SPAN];
 #endif
 shared vec4 s_changes[64];            /* of this group's pixels, per lobe: sample minus history, most that its variance can be; 0: no history to speak of */
 #ifdef DIFFUSE
-shared vec3 s_diffuse_changes[16];    /* of its quads: number, sample minus history, variance */
+shared vec3 s_diffuse_changes[SPAN * SPAN];   /* of the quads: number, sample minus history, variance; 0 outside of the group */
 #endif
 #ifdef SPECULAR
-shared vec3 s_specular_changes[16];
+shared vec3 s_specular_changes[SPAN * SPAN];
 #endif
 
 #ifdef DIRECTIONAL
@@ -269,15 +269,18 @@ vec3 change_in_quad(int first, int lobe)
 
 void sum_changes(vec2 diffuse, vec2 specular)
 {
-    int i = int(gl_LocalInvocationIndex), first = (i >> 2) * 16 + (i & 3) * 2;
+    int i = int(gl_LocalInvocationIndex);
     s_changes[i] = vec4(diffuse, specular);
     barrier();
-    if (i < 16) {
+    if (i < SPAN * SPAN) {
+        ivec2 in_group = ivec2(i % SPAN, i / SPAN) - 1;
+        bool inside = all(lessThan(uvec2(in_group), uvec2(4u)));
+        int first = inside ? in_group.y * 16 + in_group.x * 2 : 0;
 #ifdef DIFFUSE
-        s_diffuse_changes[i] = change_in_quad(first, 0);
+        s_diffuse_changes[i] = inside ? change_in_quad(first, 0) : vec3(0.0);
 #endif
 #ifdef SPECULAR
-        s_specular_changes[i] = change_in_quad(first, 1);
+        s_specular_changes[i] = inside ? change_in_quad(first, 1) : vec3(0.0);
 #endif
     }
     barrier();
@@ -294,19 +297,18 @@ Around look_around(ivec2 pixel, float z, vec3 normal, vec2 noisy)
     vec2 reciprocal = mix(1.0 / max(noisy, vec2(LEAST_RADIUS)), vec2(0.0), equal(noisy, vec2(0.0)));
     vec3 none = vec3(0.0);
     Around a = Around(Sums(vec3(noisy.x > 0.0 ? 1.0 : 0.0, reciprocal.x, noisy.x), none), Sums(vec3(noisy.y > 0.0 ? 1.0 : 0.0, reciprocal.y, noisy.y), none));
-    for (int i = 0; i < 9; i++) {
-        ivec2 offset = ivec2(i % 3, i / 3) - 1, in_group = quad + offset;
-        int at = (in_group.y + 1) * SPAN + in_group.x + 1, change_at = in_group.y * 4 + in_group.x;
+    UNROLL for (int i = 0; i < 9; i++) {
+        ivec2 offset = ivec2(i % 3, i / 3) - 1;
+        int at = (quad.y + offset.y + 1) * SPAN + quad.x + offset.x + 1;
         float quad_z = s_view_z[at];
-        if (quad_z == 0.0 || !(abs(plane_distance(plane, center + vec2(offset) * 2.0, quad_z)) < 1.0)) continue;
-        bool inside = all(lessThan(uvec2(in_group), uvec2(4u)));
+        float same = quad_z != 0.0 && abs(plane_distance(plane, center + vec2(offset) * 2.0, quad_z)) < 1.0 ? 1.0 : 0.0;
 #ifdef DIFFUSE
-        a.diffuse.samples += s_diffuse[at];
-        if (inside) a.diffuse.changes += s_diffuse_changes[change_at];
+        a.diffuse.samples += same * s_diffuse[at];
+        a.diffuse.changes += same * s_diffuse_changes[at];
 #endif
 #ifdef SPECULAR
-        a.specular.samples += s_specular[at];
-        if (inside) a.specular.changes += s_specular_changes[change_at];
+        a.specular.samples += same * s_specular[at];
+        a.specular.changes += same * s_specular_changes[at];
 #endif
     }
     return a;

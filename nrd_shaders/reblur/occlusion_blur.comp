@@ -106,14 +106,17 @@ Center make_center(ivec2 pixel, Texel texel)
     return c;
 }
 
-/* Weight of a tap, without its history; 0: not the same surface. */
-float surface_weight(Center c, vec2 offset, bool inside, uvec2 tap, float radius, float normal_scale, int i)
+float bend_weight(float bend, float normal_scale) { return bend < WIDEST_BEND ? exp2(normal_scale * bend) : 0.0; }
+
+/* Weight of a tap, without its history; 0: not the same surface. alike: what one of the same stored normal and material weighs by its normal;
+   mostly taps are so, and decoding normals would be a fifth of the pass. */
+float surface_weight(Center c, vec2 offset, bool inside, uvec2 tap, float radius, float normal_scale, float alike, int i)
 {
-    float distance = abs(plane_distance(c.plane, offset, tap_relative_depth(tap))), bend = c.bend;
-    if (!same_tap_normal(tap, c.texel.tap)) bend = tap_bend(tap, c.surface.normal);   /* mostly it is the same: decoding is a fifth of the pass */
-    bool same = inside && !tap_is_sky(tap) && same_material(tap_material(tap), tap_material(c.texel.tap)) && bend < WIDEST_BEND
-             && distance < c.tolerance + CURVATURE * radius * length(DISC[i]);
-    return same ? exp2(normal_scale * bend - FALLOFF * (float(i) + 0.5)) : 0.0;
+    float distance = abs(plane_distance(c.plane, offset, tap_relative_depth(tap))), weight = alike;
+    bool same = inside && !tap_is_sky(tap) && distance < c.tolerance + CURVATURE * radius * length(DISC[i]);
+    if (!is_alike(tap, c.texel.tap))
+        weight = same_material(tap_material(tap), tap_material(c.texel.tap)) ? bend_weight(tap_bend(tap, c.surface.normal), normal_scale) : 0.0;
+    return same ? weight * exp2(-FALLOFF * (float(i) + 0.5)) : 0.0;
 }
 
 struct Tap {
@@ -142,12 +145,13 @@ vec4 filter_diffuse(Center c, Lobe lobe, bool filtered)
     float wide = WIDTH * lobe.radius * nrd_hit_dist_scale(c.position.z, 1.0, g.hit_distance), fresh = FRESH_RADIUS * c.pixel_size * inversesqrt(max(lobe.frames, 1.0));
     float radius = limit_radius(c, max(wide, fresh), filtered), normal_scale = -LOG2_E * g.normal_sensitivity;
     float weight = filtered ? 1.0 : tap_diffuse_frames(c.texel.tap);
+    float alike = bend_weight(c.bend, normal_scale);
     mat2 axes = c.axes * radius;
     vec4 sum = vec4(lobe.moment, lobe.occlusion) * weight;
-    for (int i = 0; i < TAPS; i++) {
+    UNROLL for (int i = 0; i < TAPS; i++) {
         Tap t = find_tap(c, axes, i);
         uvec2 tap = texelFetch(in_tap, t.pixel, 0).xy;
-        float w = surface_weight(c, t.offset, t.inside, tap, radius, normal_scale, i) * (filtered ? 1.0 : tap_diffuse_frames(tap));
+        float w = surface_weight(c, t.offset, t.inside, tap, radius, normal_scale, alike, i) * (filtered ? 1.0 : tap_diffuse_frames(tap));
         sum += w * (filtered ? tap_filtered_diffuse(tap) : tap_diffuse(tap));
         weight += w;
     }
@@ -164,13 +168,14 @@ float filter_specular(Center c, Lobe lobe, bool filtered)
     float radius = limit_radius(c, min(wide, LOBE_WIDTH * footprint), filtered);
     float normal_scale = -LOG2_E * max(g.normal_sensitivity, 1.0 / (alpha * alpha + 2e-3)), roughness_scale = 1.0 / (0.1 + 0.3 * c.surface.roughness);
     float weight = filtered ? 1.0 : tap_specular_frames(c.texel.tap), sum = lobe.occlusion * weight;
+    float alike = bend_weight(c.bend, normal_scale);
     mat2 axes = c.axes * radius;
     if (radius * c.reach < 0.5) return lobe.occlusion;
-    for (int i = 0; i < TAPS; i++) {
+    UNROLL for (int i = 0; i < TAPS; i++) {
         Tap t = find_tap(c, axes, i);
         uvec2 tap = texelFetch(in_tap, t.pixel, 0).xy;
         float similar = clamp(1.0 - abs(tap_roughness(tap) - c.surface.roughness) * roughness_scale, 0.0, 1.0);
-        float w = surface_weight(c, t.offset, t.inside, tap, radius, normal_scale, i) * similar * (filtered ? 1.0 : tap_specular_frames(tap));
+        float w = surface_weight(c, t.offset, t.inside, tap, radius, normal_scale, alike, i) * similar * (filtered ? 1.0 : tap_specular_frames(tap));
         sum += w * tap_specular(tap);
         weight += w;
     }
