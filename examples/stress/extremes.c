@@ -117,6 +117,12 @@ static void put_hit_dist(rig *r, uint32_t frame, double v)
     }
 }
 
+static void put_penumbra(rig *r, uint32_t frame, double v)
+{
+    (void)frame;
+    FOR_PIXELS(r) *rig_texel(r, NRD_RESOURCE_IN_PENUMBRA, x, y) = (float)v;
+}
+
 static void turn_normals(rig *r, uint32_t frame, double degrees)
 {
     double angle = degrees * 0.017453292519943295;
@@ -191,6 +197,10 @@ static const extreme extremes[] = {
     { "hit distance 1: a miss", NOISE_UNIFORM, 1, NULL, put_hit_dist, 1, 0, 0 },
     { "hit distance 1e6", NOISE_UNIFORM, 1, NULL, put_hit_dist, 1e6, 0, 0 },
     { "hit distance -1", NOISE_UNIFORM, 1, NULL, put_hit_dist, -1, 0, 0 },
+    /* half width of the penumbra */
+    { "penumbra 1e-40", NOISE_UNIFORM, 1, NULL, put_penumbra, 1e-40, 0, 0 },
+    { "penumbra 1e-6", NOISE_UNIFORM, 1, NULL, put_penumbra, 1e-6, 0, 0 },
+    { "penumbra 1e4", NOISE_UNIFORM, 1, NULL, put_penumbra, 1e4, 0, 0 },
     /* depth */
     { "depth 1e-4", NOISE_UNIFORM, 1, set_depth, NULL, 1e-4, DENOISES, 0 },
     { "depth 1e-2", NOISE_UNIFORM, 1, set_depth, NULL, 1e-2, DENOISES, 0 },
@@ -256,6 +266,7 @@ static const extreme extremes[] = {
 static bool concerns(const rig *r, const extreme *e)
 {
     bool guided = r->texels[NRD_RESOURCE_IN_VIEWZ] != NULL;
+    if (e->change == put_penumbra) return r->texels[NRD_RESOURCE_IN_PENUMBRA] != NULL;
     return guided || !(e->set || e->change) || e->change == put_bad || e->change == put_bad_everywhere || e->set == set_rectangle;
 }
 

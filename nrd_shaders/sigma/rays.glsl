@@ -8,10 +8,13 @@ const float WIDEST = 1e5;
 const float FACES_AWAY = -1.0;
 const float NOTHING = -2.0;              /* sky, outside the rectangle */
 
+/* On the bits: devices may take numbers below 1.2e-38 for 0, which says that the surface faces away. NaN: no. */
+bool is_positive(float v) { return floatBitsToUint(v) - 1u < 0x7f800000u; }
+
 /* Choices are made by mix(), which, unlike ?: and &&, makes no branches. NaN: faces away. */
 float width_of(float penumbra, float z)
 {
-    float blocked = mix(FACES_AWAY, clamp(penumbra / pixel_size(abs(z)), 1e-20, WIDEST), penumbra > 0.0);
+    float blocked = mix(FACES_AWAY, clamp(penumbra / max(pixel_size(abs(z)), 1e-37), 1e-20, WIDEST), is_positive(penumbra));
     return mix(mix(blocked, LIT, penumbra >= NRD_HIT_DIST_MISS), NOTHING, is_sky(z));
 }
 
