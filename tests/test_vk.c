@@ -25,29 +25,33 @@ static bool validated;
 static struct {
     uint32_t calls;    /* that may fail, since reset */
     uint32_t fail_at;  /* the call with this number fails; UINT32_MAX: none */
+    uint32_t unknown, asked; /* the function asked for with this number, from 1 on, is none of the device's; 0: all are */
+    VkResult code;     /* with this; 0: what is usual of the call */
     int32_t live;      /* objects created and not destroyed */
     char log[256];     /* B barrier, D dispatch, in the order of recording */
     uint32_t logged;
     bool no_storage;   /* no format can be stored to */
+    bool fake;         /* no shader is compiled: modules and pipelines are numbers */
     uint32_t api_version; /* 0: the real one */
 } spy;
 
 static void reset_spy(void) { memset(&spy, 0, sizeof spy); spy.fail_at = UINT32_MAX; }
 static bool spy_fails(void) { return spy.calls++ == spy.fail_at; }
+static VkResult spy_code(VkResult usual) { return spy.code ? spy.code : usual; }
 static void spy_log(char what) { if (spy.logged < sizeof spy.log) spy.log[spy.logged++] = what; }
 
 #define SPY_OBJECTS(X) \
     X(Image, VkImage, VkImageCreateInfo) X(ImageView, VkImageView, VkImageViewCreateInfo) X(Buffer, VkBuffer, VkBufferCreateInfo) \
     X(Sampler, VkSampler, VkSamplerCreateInfo) X(DescriptorSetLayout, VkDescriptorSetLayout, VkDescriptorSetLayoutCreateInfo) \
     X(DescriptorPool, VkDescriptorPool, VkDescriptorPoolCreateInfo) X(PipelineLayout, VkPipelineLayout, VkPipelineLayoutCreateInfo) \
-    X(ShaderModule, VkShaderModule, VkShaderModuleCreateInfo) X(QueryPool, VkQueryPool, VkQueryPoolCreateInfo)
+    X(QueryPool, VkQueryPool, VkQueryPoolCreateInfo)
 
 #define REAL(name) ((PFN_##name)device.get_device_proc(device.device, #name))
 
 #define SPY_OBJECT(name, type, info_type) \
     static VKAPI_ATTR VkResult VKAPI_CALL spy_vkCreate##name(VkDevice d, const info_type *info, const VkAllocationCallbacks *c, type *out) \
     { \
-        if (spy_fails()) return VK_ERROR_OUT_OF_HOST_MEMORY; \
+        if (spy_fails()) return spy_code(VK_ERROR_OUT_OF_HOST_MEMORY); \
         spy.live++; \
         return REAL(vkCreate##name)(d, info, c, out); \
     } \
@@ -60,7 +64,7 @@ SPY_OBJECTS(SPY_OBJECT)
 
 static VKAPI_ATTR VkResult VKAPI_CALL spy_vkAllocateMemory(VkDevice d, const VkMemoryAllocateInfo *info, const VkAllocationCallbacks *c, VkDeviceMemory *out)
 {
-    if (spy_fails()) return VK_ERROR_OUT_OF_DEVICE_MEMORY;
+    if (spy_fails()) return spy_code(VK_ERROR_OUT_OF_DEVICE_MEMORY);
     spy.live++;
     return REAL(vkAllocateMemory)(d, info, c, out);
 }
@@ -73,36 +77,38 @@ static VKAPI_ATTR void VKAPI_CALL spy_vkFreeMemory(VkDevice d, VkDeviceMemory me
 
 static VKAPI_ATTR VkResult VKAPI_CALL spy_vkMapMemory(VkDevice d, VkDeviceMemory m, VkDeviceSize at, VkDeviceSize size, VkMemoryMapFlags flags, void **out)
 {
-    return spy_fails() ? VK_ERROR_MEMORY_MAP_FAILED : REAL(vkMapMemory)(d, m, at, size, flags, out);
+    return spy_fails() ? spy_code(VK_ERROR_MEMORY_MAP_FAILED) : REAL(vkMapMemory)(d, m, at, size, flags, out);
 }
 
 static VKAPI_ATTR VkResult VKAPI_CALL spy_vkBindImageMemory(VkDevice d, VkImage image, VkDeviceMemory memory, VkDeviceSize at)
 {
-    return spy_fails() ? VK_ERROR_OUT_OF_DEVICE_MEMORY : REAL(vkBindImageMemory)(d, image, memory, at);
+    return spy_fails() ? spy_code(VK_ERROR_OUT_OF_DEVICE_MEMORY) : REAL(vkBindImageMemory)(d, image, memory, at);
 }
 
 static VKAPI_ATTR VkResult VKAPI_CALL spy_vkBindBufferMemory(VkDevice d, VkBuffer buffer, VkDeviceMemory memory, VkDeviceSize at)
 {
-    return spy_fails() ? VK_ERROR_OUT_OF_DEVICE_MEMORY : REAL(vkBindBufferMemory)(d, buffer, memory, at);
+    return spy_fails() ? spy_code(VK_ERROR_OUT_OF_DEVICE_MEMORY) : REAL(vkBindBufferMemory)(d, buffer, memory, at);
 }
 
 static VKAPI_ATTR VkResult VKAPI_CALL spy_vkAllocateDescriptorSets(VkDevice d, const VkDescriptorSetAllocateInfo *info, VkDescriptorSet *sets)
 {
-    return spy_fails() ? VK_ERROR_OUT_OF_POOL_MEMORY : REAL(vkAllocateDescriptorSets)(d, info, sets);
+    return spy_fails() ? spy_code(VK_ERROR_OUT_OF_POOL_MEMORY) : REAL(vkAllocateDescriptorSets)(d, info, sets);
 }
 
 static VKAPI_ATTR VkResult VKAPI_CALL spy_vkCreateComputePipelines(VkDevice d, VkPipelineCache cache, uint32_t n, const VkComputePipelineCreateInfo *info,
                                                                    const VkAllocationCallbacks *c, VkPipeline *out)
 {
-    if (spy_fails()) return VK_ERROR_OUT_OF_DEVICE_MEMORY;
+    if (spy_fails()) return spy_code(VK_ERROR_OUT_OF_DEVICE_MEMORY);
     spy.live += (int32_t)n;
-    return REAL(vkCreateComputePipelines)(d, cache, n, info, c, out);
+    if (!spy.fake) return REAL(vkCreateComputePipelines)(d, cache, n, info, c, out);
+    for (uint32_t i = 0; i < n; i++) out[i] = (VkPipeline)(uintptr_t)1;
+    return VK_SUCCESS;
 }
 
 static VKAPI_ATTR void VKAPI_CALL spy_vkDestroyPipeline(VkDevice d, VkPipeline pipeline, const VkAllocationCallbacks *c)
 {
     spy.live--;
-    REAL(vkDestroyPipeline)(d, pipeline, c);
+    if (!spy.fake) REAL(vkDestroyPipeline)(d, pipeline, c);
 }
 
 static VKAPI_ATTR void VKAPI_CALL spy_vkCmdDispatch(VkCommandBuffer cmd, uint32_t x, uint32_t y, uint32_t z)
@@ -124,13 +130,36 @@ static VKAPI_ATTR void VKAPI_CALL spy_vkCmdPipelineBarrier(VkCommandBuffer cmd, 
     REAL(vkCmdPipelineBarrier)(cmd, from, to, flags, mn, m, bn, b, in, i);
 }
 
+static VKAPI_ATTR VkResult VKAPI_CALL spy_vkGetQueryPoolResults(VkDevice d, VkQueryPool pool, uint32_t first, uint32_t count, size_t size, void *data,
+                                                                VkDeviceSize stride, VkQueryResultFlags flags)
+{
+    return spy_fails() ? spy_code(VK_ERROR_DEVICE_LOST) : REAL(vkGetQueryPoolResults)(d, pool, first, count, size, data, stride, flags);
+}
+
+static VKAPI_ATTR VkResult VKAPI_CALL spy_vkCreateShaderModule(VkDevice d, const VkShaderModuleCreateInfo *info, const VkAllocationCallbacks *c, VkShaderModule *out)
+{
+    if (spy_fails()) return spy_code(VK_ERROR_OUT_OF_HOST_MEMORY);
+    spy.live++;
+    if (!spy.fake) return REAL(vkCreateShaderModule)(d, info, c, out);
+    *out = (VkShaderModule)(uintptr_t)1;
+    return VK_SUCCESS;
+}
+
+static VKAPI_ATTR void VKAPI_CALL spy_vkDestroyShaderModule(VkDevice d, VkShaderModule module, const VkAllocationCallbacks *c)
+{
+    spy.live--;
+    if (!spy.fake) REAL(vkDestroyShaderModule)(d, module, c);
+}
+
 static PFN_vkVoidFunction VKAPI_CALL spy_get_device_proc(VkDevice d, const char *name)
 {
+    if (++spy.asked == spy.unknown) return NULL;
 #define SPY_ENTRY(function) if (strcmp(name, #function) == 0) return (PFN_vkVoidFunction)spy_##function;
 #define SPY_ENTRIES(object, type, info) SPY_ENTRY(vkCreate##object) SPY_ENTRY(vkDestroy##object)
     SPY_OBJECTS(SPY_ENTRIES)
+    SPY_ENTRY(vkCreateShaderModule) SPY_ENTRY(vkDestroyShaderModule)
     SPY_ENTRY(vkAllocateMemory) SPY_ENTRY(vkFreeMemory) SPY_ENTRY(vkMapMemory) SPY_ENTRY(vkBindImageMemory) SPY_ENTRY(vkBindBufferMemory)
-    SPY_ENTRY(vkAllocateDescriptorSets) SPY_ENTRY(vkCreateComputePipelines) SPY_ENTRY(vkDestroyPipeline)
+    SPY_ENTRY(vkAllocateDescriptorSets) SPY_ENTRY(vkCreateComputePipelines) SPY_ENTRY(vkDestroyPipeline) SPY_ENTRY(vkGetQueryPoolResults)
     SPY_ENTRY(vkCmdDispatch) SPY_ENTRY(vkCmdDispatchIndirect) SPY_ENTRY(vkCmdPipelineBarrier)
     return device.get_device_proc(d, name);
 }
@@ -158,6 +187,7 @@ static int open_device(void **state)
 {
     char error[256];
     (void)state;
+    reset_spy();
     validated = gpu_validation_available();
     if (!validated) print_message("VK_LAYER_KHRONOS_validation is not installed: running without it\n");
     gpu_desc desc = { .validation = validated, .sync_validation = validated };
@@ -682,6 +712,24 @@ static void assert_undisturbed(rig *r, nrd_denoiser denoiser)
     free(got);
 }
 
+/* Out of memory, or the device is gone. */
+static void fail_next(uint32_t call, uint32_t way, rig *r)
+{
+    static const VkResult ways[] = { VK_ERROR_DEVICE_LOST, VK_ERROR_OUT_OF_DEVICE_MEMORY, VK_ERROR_OUT_OF_HOST_MEMORY };
+    reset_spy();
+    spy.fail_at = call;
+    spy.code = ways[way % 3];
+    r->last_text[0] = 0;
+}
+
+static void assert_device_error(nrd_result result, const rig *r)
+{
+    char expected[64];
+    snprintf(expected, sizeof expected, " failed with VkResult %d", (int)spy.code);
+    assert_int_equal(result, NRD_RESULT_DEVICE_ERROR);
+    assert_non_null(strstr(r->last_text, expected));
+}
+
 static void a_resize_that_fails_or_is_taken_back_changes_nothing(void **state)
 {
     nrd_result result = NRD_RESULT_DEVICE_ERROR;
@@ -696,11 +744,10 @@ static void a_resize_that_fails_or_is_taken_back_changes_nothing(void **state)
     assert_non_null(strstr(r.last_text, "nrd_resize.width is 0, allowed: 1 to 16384"));
     assert_int_equal(nrd_vk_resize(NULL, 40, 24), NRD_RESULT_INVALID_ARGUMENT);
     for (; result != NRD_RESULT_OK; calls++) {
-        reset_spy();
-        spy.fail_at = calls;
+        fail_next(calls, calls, &r);
         result = nrd_vk_resize(r.vk, 100, 50);
         if (result == NRD_RESULT_OK) break;
-        assert_int_equal(result, NRD_RESULT_DEVICE_ERROR);
+        assert_device_error(result, &r);
         assert_int_equal(spy.live, 0);
         assert_int_equal(nrd_get_info(r.instance)->width, 40);
     }
@@ -841,31 +888,108 @@ static void recording_creates_and_allocates_nothing(void **state)
 
 /* ---------------------------------------------------------------------------------------------------------------------------
    Memory  >>memory */
+/* Every call of creation in turn; returns how many there are. way: of the first call, see fail_next(); each fails in another way than the one before. */
+static uint32_t fail_creation(const nrd_denoiser *list, uint32_t count, uint32_t features, uint32_t way, bool fake)
+{
+    nrd_result result = NRD_RESULT_DEVICE_ERROR;
+    uint32_t calls = 0;
+    rig r;
+    memset(&r, 0, sizeof r);
+    assert_int_equal(create_instance(&r, list, count, 16, 16, features), NRD_RESULT_OK);
+    nrd_vk_desc desc = vk_desc(&r);
+    desc.flags = fake ? NRD_VK_TIMESTAMPS : desc.flags;
+    for (; result != NRD_RESULT_OK; calls++) {
+        fail_next(calls, way + calls, &r);
+        spy.fake = fake;
+        result = nrd_vk_create(&desc, &r.vk);
+        if (result == NRD_RESULT_OK) break;
+        assert_device_error(result, &r);
+        assert_null(r.vk);
+        assert_int_equal(spy.live, 0);
+    }
+    nrd_vk_destroy(r.vk);
+    assert_int_equal(spy.live, 0);
+    nrd_destroy(r.instance);
+    return calls;
+}
+
 static void every_failing_vulkan_call_of_creation_is_reported_and_leaks_nothing(void **state)
 {
     static const nrd_denoiser list[] = { NRD_DENOISER_REFERENCE, NRD_DENOISER_REBLUR_DIFFUSE };
+    (void)state;
+    assert_true(fail_creation(list, 2, 0, 0, false) > 30);
+    for (int d = 0; d < NRD_DENOISER_COUNT; d++) {
+        nrd_denoiser one = (nrd_denoiser)d;
+        for (uint32_t way = 0; way < 3; way++) assert_true(fail_creation(&one, 1, d % 2 ? NRD_FEATURE_ALL : 0, way, true) > 15);
+    }
+    reset_spy();
+}
+
+static void every_failing_vulkan_call_of_measuring_memory_is_reported_and_leaks_nothing(void **state)
+{
+    nrd_denoiser denoiser = NRD_DENOISER_REBLUR_DIFFUSE;
     nrd_result result = NRD_RESULT_DEVICE_ERROR;
+    VkMemoryRequirements needs[3];
     uint32_t calls = 0;
     rig r;
     (void)state;
     memset(&r, 0, sizeof r);
-    assert_int_equal(create_instance(&r, list, 2, 16, 16, 0), NRD_RESULT_OK);
+    assert_int_equal(create_instance(&r, &denoiser, 1, 16, 16, 0), NRD_RESULT_OK);
     nrd_vk_desc desc = vk_desc(&r);
     for (; result != NRD_RESULT_OK; calls++) {
-        reset_spy();
-        spy.fail_at = calls;
-        r.last_text[0] = 0;
-        result = nrd_vk_create(&desc, &r.vk);
-        if (result == NRD_RESULT_OK) break;
-        assert_int_equal(result, NRD_RESULT_DEVICE_ERROR);
-        assert_non_null(strstr(r.last_text, " failed with VkResult -"));
-        assert_null(r.vk);
+        fail_next(calls, calls, &r);
+        result = nrd_vk_memory_needs(&desc, needs);
+        if (result != NRD_RESULT_OK) assert_device_error(result, &r);
         assert_int_equal(spy.live, 0);
     }
-    assert_true(calls > 30);
-    nrd_vk_destroy(r.vk);
-    assert_int_equal(spy.live, 0);
+    assert_true(calls > 5);
+    reset_spy();
     nrd_destroy(r.instance);
+}
+
+static void a_function_that_the_device_does_not_know_is_named(void **state)
+{
+    nrd_denoiser denoiser = NRD_DENOISER_REFERENCE;
+    rig r;
+    (void)state;
+    memset(&r, 0, sizeof r);
+    assert_int_equal(create_instance(&r, &denoiser, 1, 16, 16, 0), NRD_RESULT_OK);
+    nrd_vk_desc desc = vk_desc(&r);
+    desc.flags = NRD_VK_TIMESTAMPS;
+    reset_spy();
+    spy.fake = true;
+    uint32_t known = 0;
+    for (spy.unknown = 1; nrd_vk_create(&desc, &r.vk) != NRD_RESULT_OK; spy.unknown++, spy.asked = 0) {
+        assert_int_equal(r.last_result, NRD_RESULT_INVALID_ARGUMENT);
+        assert_non_null(strstr(r.last_text, "get_device_proc does not know vk"));
+        assert_null(r.vk);
+        assert_int_equal(spy.live, 0);
+        known++;
+    }
+    assert_true(known > 30);
+    nrd_vk_destroy(r.vk);
+    reset_spy();
+    nrd_destroy(r.instance);
+}
+
+/* What a device that is lost while frames are in flight says of them; history and the next frames are the application's to give up. */
+static void a_lost_device_shows_in_the_timings(void **state)
+{
+    nrd_denoiser denoiser = NRD_DENOISER_REBLUR_DIFFUSE;
+    nrd_vk_timing timings[32];
+    uint32_t count;
+    rig r;
+    (void)state;
+    open_rig(&r, &denoiser, 1, 16, 16, 0);
+    run_frames(&r, 2);
+    for (uint32_t way = 0; way < 3; way++) {
+        fail_next(2, way, &r);
+        assert_device_error(nrd_vk_timings(r.vk, 0, timings, 32, &count), &r);
+        assert_int_equal(count, 2);
+    }
+    reset_spy();
+    assert_int_equal(nrd_vk_timings(r.vk, 0, timings, 32, &count), NRD_RESULT_OK);
+    close_rig(&r);
 }
 
 /* An allocator for host and device memory that fails at a given call. */
@@ -1219,6 +1343,9 @@ int main(void)
         cmocka_unit_test(barriers_are_where_accesses_conflict_and_nowhere_else),
         cmocka_unit_test(recording_creates_and_allocates_nothing),
         cmocka_unit_test(every_failing_vulkan_call_of_creation_is_reported_and_leaks_nothing),
+        cmocka_unit_test(every_failing_vulkan_call_of_measuring_memory_is_reported_and_leaks_nothing),
+        cmocka_unit_test(a_function_that_the_device_does_not_know_is_named),
+        cmocka_unit_test(a_lost_device_shows_in_the_timings),
         cmocka_unit_test(every_failing_callback_of_the_app_is_reported_and_leaks_nothing),
         cmocka_unit_test(allocation_callbacks_of_the_app_get_everything_back),
         cmocka_unit_test(memory_is_what_nrd_h_announced_up_to_alignment),
