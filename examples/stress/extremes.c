@@ -22,6 +22,7 @@ static void set_position(rig *r, double v) { r->camera.position[0] = v; r->camer
 static void set_position_and_walk(rig *r, double v) { set_position(r, v); r->variant = 1; }
 static void set_frame_index(rig *r, double v) { r->index = (uint32_t)(4294967296.0 - v); }
 static void set_rectangle(rig *r, double v) { r->rect_width = r->rect_height = (uint32_t)v; r->origin_x = 3; r->origin_y = 5; }
+static void set_anti_firefly(rig *r, double v) { rig_set(r, "anti_firefly_scale", v); rig_set(r, "antilag_sensitivity", 0); }
 static void set_view_z_scale(rig *r, double v) { r->frame.view_z_scale = (float)v; }
 
 /* World units per metre: a scene of the same look with all its lengths in other units. */
@@ -254,6 +255,7 @@ static const extreme extremes[] = {
     { "all sky", NOISE_UNIFORM, 1, NULL, put_sky, 0, 0, 0 },
     { "checker of sky, alternating", NOISE_UNIFORM, 1, NULL, put_sky, 1, 0, 0 },
     { "one pixel in the sky", NOISE_UNIFORM, 1, NULL, put_sky, 2, 0, 0 },
+    { "one pixel in the sky, fireflies cut", NOISE_CONSTANT, 1000, set_anti_firefly, put_sky, 2, 0, 0 },
     { "half of it sky", NOISE_UNIFORM, 1, NULL, put_sky, 3, 0, 0 },
     { "tiles of sky", NOISE_UNIFORM, 1, NULL, put_sky, 4, 0, 0 },
     { "rectangle of 1x1", NOISE_UNIFORM, 1, set_rectangle, put_bad_outside, 1, 0, 0 },

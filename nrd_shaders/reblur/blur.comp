@@ -124,8 +124,8 @@ float firefly_ceiling(ivec2 pixel, int signal, float luma)
     float brightest = luma, second = 0.0;
     for (int i = 0; i < 9; i++) {
         ivec2 at = pixel + ivec2(i % 3, i / 3) - 1;
-        float tap = i != 4 && in_rect(at) ? load_color(signal, at).x : 0.0;
-        if (!(tap >= 0.0)) continue;   /* the sky holds anything */
+        if (i == 4 || !in_rect(at) || guide_is_sky(texelFetch(in_guide, at, 0).x)) continue;   /* the sky holds anything */
+        float tap = load_color(signal, at).x;
         second = max(second, min(tap, brightest));
         brightest = max(brightest, tap);
     }
