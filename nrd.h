@@ -404,7 +404,7 @@ NRD_DECL bool nrd_format_is_uint(nrd_format format);
     X(float, max_blur_radius, 15.0f, 0.0f, 60.0f, "px", "reach of the spatial filter; 0 off; scaled with the rectangle") \
     X(float, diffuse_prepass_blur_radius, 0.0f, 0.0f, 75.0f, "px", "blur before accumulation, for probabilistic sampling; 0 off (needs NRD_FEATURE_PREPASS)") \
     X(float, specular_prepass_blur_radius, 0.0f, 0.0f, 75.0f, "px", "the same for the specular signal, at most as wide as what the lobe sees") \
-    X(float, luminance_sigma_scale, 8.0f, 0.1f, 100.0f, "standard deviations", "neighbours that differ more are not mixed; less is sharper and noisier") \
+    X(float, luminance_sigma_scale, 8.0f, 0.1f, 1000.0f, "standard deviations", "neighbours that differ more are not mixed; less is sharper and noisier") \
     X(float, plane_distance_sensitivity, 0.006f, 1e-4f, 1.0f, "of the view's extent at that depth", "neighbours farther off the surface's plane are not mixed") \
     X(float, normal_sensitivity, 8.0f, 0.0f, 1000.0f, "", "neighbours weigh exp(-this * (1 - cos of the angle between normals))") \
     X(float, antilag_sigma_scale, 3.5f, 0.5f, 100.0f, "standard deviations", "change of lighting that counts as certain; less reacts sooner and flickers more") \

@@ -161,17 +161,17 @@ static bool shows_light(const rig *r)
     return (!settings_get(r->denoiser, &r->settings, "return_history_length_instead_of_occlusion", &lengths) || lengths == 0) && r->frame.split_screen == 0;
 }
 
-static void judge_frame(batch *b, const watch *seen, const rig *r, uint32_t number)
+/* range: the guarantee that holds of it. */
+static void judge_frame(batch *b, const watch *seen, const rig *r, guarantee range, uint32_t number)
 {
     watch w = *seen;
     watch_outputs(&w, r);
     if (!shows_light(r)) w.beyond = w.colour = 0;
-    double *beyond = &b->beyond[range_guarantee(r)];
-    *beyond = fmax(*beyond, w.beyond);
+    b->beyond[range] = fmax(b->beyond[range], w.beyond);
     b->w.colour = fmax(b->w.colour, w.colour);
     b->w.not_finite += w.not_finite;
     b->w.touched += w.touched;
-    if (w.not_finite || w.touched || w.beyond > guarantee_limit(range_guarantee(r)) || w.colour > guarantee_limit(GUARANTEE_COLOUR)) snprintf(b->of, sizeof b->of, "fuzz case %u", number);
+    if (w.not_finite || w.touched || w.beyond > guarantee_limit(range) || w.colour > guarantee_limit(GUARANTEE_COLOUR)) snprintf(b->of, sizeof b->of, "fuzz case %u", number);
 }
 
 static void judge_result(batch *b, const wrong *w, nrd_result result, const char *message, uint32_t number)
@@ -194,6 +194,7 @@ static void run_case(rig *r, dice *d, batch *b, double beyond)
     r->shape = fuzz_shape;
     noise_kind noise = (noise_kind)throw_of(d, NOISE_BLUE + 1);
     double level = throw_decades(d, 1e-12, 1e12);
+    guarantee range = GUARANTEE_COUNT;
     bool raw = throw_chance(d, 0.2), bad = throw_chance(d, 0.4);
     for (uint32_t frame = 0; frame < frames; frame++) {
         wrong wrongs = { { NULL }, 0 };
@@ -216,7 +217,8 @@ static void run_case(rig *r, dice *d, batch *b, double beyond)
         judge_result(b, &wrongs, r->fault == FAULT_ACCEPTED ? NRD_RESULT_OK : result, r->message, d->of);
         if (result) return;
         rig_download(r);
-        judge_frame(b, &w, r, d->of);
+        if (range != GUARANTEE_ANTILAG_RANGE) range = range_guarantee(r);   /* history that was scaled is still there when antilag is off */
+        judge_frame(b, &w, r, range, d->of);
     }
 }
 

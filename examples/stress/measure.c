@@ -75,6 +75,18 @@ void fill_noise(rig *r, noise_kind kind, double level, uint32_t seed)
             }
 }
 
+void fill_picture(rig *r, picture *what, double scale)
+{
+    fill_noise(r, NOISE_CONSTANT, 1, 0);
+    for (uint32_t s = 0; s < r->signal_count; s++)
+        FOR_PIXELS(r) {
+            float *t = rig_texel(r, r->signals[s].in, x, y), v = (float)(scale * what(x, y)) / 1.0f, w = t[3];
+            if (r->signals[s].kind == KIND_HIT_DIST) t[0] = v;
+            else for (int k = 0; k < 4; k++) t[k] *= r->signals[s].kind == KIND_DIRECTION ? v / 0.4f : v;
+            if (r->signals[s].kind == KIND_RADIANCE || r->signals[s].kind == KIND_VECTOR) t[3] = w;
+        }
+}
+
 /* ---- what is measured */
 watch watch_start(void)
 {
@@ -84,7 +96,7 @@ watch watch_start(void)
     return w;
 }
 
-/* Texels of a checkerboarded input belong to other pixels than those they lie at. */
+/* Texels of a checkerboarded input belong to other pixels than those they lie at; a pixel without one on its surface shows nothing. */
 static bool is_checkerboarded(const rig *r)
 {
     double diffuse = 0, specular = 0;
@@ -102,7 +114,7 @@ void watch_inputs(watch *w, const rig *r)
             for (uint32_t x = 0; x < r->rect_width; x++) {
                 if (!moved && rig_is_sky(r, x, y)) continue;
                 double v = rig_input_value(r, s, x, y);
-                w->seen[s].low = fmin(w->seen[s].low, v);
+                w->seen[s].low = fmin(w->seen[s].low, moved ? 0 : v);
                 w->seen[s].high = fmax(w->seen[s].high, occlusion && (moved || v == 0) ? 1 : v);   /* open where nothing was sampled */
             }
     }

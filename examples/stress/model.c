@@ -26,9 +26,9 @@ static double store(const model *m, model_pass pass, double v)
     return m->half >> pass & 1u ? number_of((bits_of(raised - 0.75f) + 0x1000u) & 0xffffe000u) : v;
 }
 
-static double store_dithered(const model *m, model_pass pass, double v, double random)
+static double store_dithered(const model *m, model_pass pass, double v, uint32_t random)
 {
-    return m->half >> pass & 1u ? number_of((bits_of((float)v) + (uint32_t)(random * 8192.0)) & 0xffffe000u) : v;
+    return m->half >> pass & 1u ? number_of((bits_of((float)v) + (random >> 11)) & 0xffffe000u) : v;
 }
 
 static uint32_t hash(uint32_t x, uint32_t y, uint32_t z)
@@ -45,7 +45,8 @@ static void accumulate(const model *m, const double *noisy, uint32_t frame_index
     const model_pass p = MODEL_ACCUMULATION;
     double before = fmin(m->frames, m->settings.max_accumulated_frames), alpha = reg(m, p, 1 / (1 + before));
     for (uint32_t i = 0; i < MODEL_PIXELS; i++) {
-        double random = ((hash(i % MODEL_SIZE, i / MODEL_SIZE, frame_index) >> 24) + 0.5) / 256, sigma = 0;
+        uint32_t random = hash(i % MODEL_SIZE, i / MODEL_SIZE, frame_index) >> 8;
+        double sigma = 0;
         model_texel h = before > 0 ? m->history[i] : (model_texel){ 0, 0 };
         double delta = reg(m, p, noisy[i] - h.luma), luma = reg(m, p, reg(m, p, h.luma * reg(m, p, 1 - alpha)) + reg(m, p, noisy[i] * alpha));
         if (before >= 0.5) {
@@ -57,20 +58,26 @@ static void accumulate(const model *m, const double *noisy, uint32_t frame_index
     }
 }
 
-static bool is_inside(int x, int y) { return x >= 0 && y >= 0 && x < MODEL_SIZE && y < MODEL_SIZE; }
+/* Of a neighbour; NULL: outside of the picture. */
+static const model_texel *texel_at(const model *m, const model_texel *from, int x, int y)
+{
+    if (m->endless) x = (x + MODEL_SIZE) % MODEL_SIZE, y = (y + MODEL_SIZE) % MODEL_SIZE;
+    return x >= 0 && y >= 0 && x < MODEL_SIZE && y < MODEL_SIZE ? &from[y * MODEL_SIZE + x] : NULL;
+}
+
 static double binomial(int dx, int dy) { return (dx == 0 ? 1 : 0.5) * (dy == 0 ? 1 : 0.5); }
 
 /* ---- blur: dense, without a luma weight; pools the variance, part of it returns to history */
-static void blur(model *m, const model_texel *from, model_texel *to)
+static void blur(model *m, const model_texel *from, model_texel *to, uint32_t frame_index)
 {
     const model_pass p = MODEL_BLUR;
     double frames = fmax(m->frames, 1);
     for (int i = 0; i < MODEL_PIXELS; i++) {
         double color = 0, moment = 0, variance = 0, noise = 0, weight = 0;
         for (int k = 0; k < 9; k++) {
-            int dx = k % 3 - 1, dy = k / 3 - 1, x = i % MODEL_SIZE + dx, y = i / MODEL_SIZE + dy;
-            if (!is_inside(x, y)) continue;
-            const model_texel *t = &from[y * MODEL_SIZE + x];
+            int dx = k % 3 - 1, dy = k / 3 - 1;
+            const model_texel *t = texel_at(m, from, i % MODEL_SIZE + dx, i / MODEL_SIZE + dy);
+            if (!t) continue;
             double w = binomial(dx, dy) * frames;
             color = reg(m, p, color + w * t->luma);
             moment = reg(m, p, moment + w * reg(m, p, t->sigma * t->sigma + t->luma * t->luma));
@@ -78,10 +85,11 @@ static void blur(model *m, const model_texel *from, model_texel *to)
             noise = reg(m, p, noise + w * w / frames);
             weight = reg(m, p, weight + w);
         }
+        uint32_t random = hash((uint32_t)(i % MODEL_SIZE), (uint32_t)(i / MODEL_SIZE), ~frame_index) >> 8;
         double mean = reg(m, p, color / weight), spread = reg(m, p, fmax(reg(m, p, moment / weight) - reg(m, p, mean * mean), 0));
         double back = fmin(1, m->settings.feedback_frames / frames);
-        m->history[i].luma = store(m, p, reg(m, p, from[i].luma * (1 - back) + mean * back));
-        m->history[i].sigma = store(m, p, reg(m, p, sqrt(variance / weight)));
+        m->history[i].luma = store_dithered(m, p, reg(m, p, from[i].luma * (1 - back) + mean * back), random);
+        m->history[i].sigma = store_dithered(m, p, reg(m, p, sqrt(variance / weight)), random);
         to[i].luma = store(m, p, mean);
         to[i].sigma = store(m, p, reg(m, p, sqrt(spread * noise) / weight));
     }
@@ -90,7 +98,7 @@ static void blur(model *m, const model_texel *from, model_texel *to)
 /* ---- sparse steps */
 static bool is_turned(const model_texel *t, int x, int y, uint32_t frame_index)
 {
-    return t->sigma > 0.2 * t->luma && (hash((uint32_t)x, (uint32_t)y, frame_index) & 1u) != 0;
+    return t->sigma > 0.4 * t->luma && (hash((uint32_t)x, (uint32_t)y, frame_index) & 1u) != 0;
 }
 
 static model_texel atrous_at(const model *m, model_pass p, const model_texel *from, int x, int y, int step, bool cross, uint32_t frame_index)
@@ -102,8 +110,8 @@ static model_texel atrous_at(const model *m, model_pass p, const model_texel *fr
     for (int k = 0; k < (cross ? 4 : 9); k++) {
         const int *way = turned ? diagonals[k & 3] : axes[k & 3];
         int dx = cross ? way[0] : k % 3 - 1, dy = cross ? way[1] : k / 3 - 1;
-        if (!is_inside(x + dx * step, y + dy * step) || (dx == 0 && dy == 0)) continue;
-        const model_texel *t = &from[(y + dy * step) * MODEL_SIZE + x + dx * step];
+        const model_texel *t = texel_at(m, from, x + dx * step, y + dy * step);
+        if (!t || t == c) continue;
         double variance = reg(m, p, t->sigma * t->sigma), luma = reg(m, p, fabs(c->luma - t->luma) / sqrt(reg(m, p, own + variance + least)));
         double w = reg(m, p, (cross ? 0.75 : binomial(dx, dy)) * exp(-1.4142136 / m->settings.luminance_sigma_scale * luma));
         color = reg(m, p, color + w * t->luma);
@@ -118,6 +126,13 @@ static void atrous(const model *m, model_pass pass, const model_texel *from, mod
     for (int i = 0; i < MODEL_PIXELS; i++) to[i] = atrous_at(m, pass, from, i % MODEL_SIZE, i / MODEL_SIZE, 1 << (pass - MODEL_BLUR), pass == MODEL_POST_BLUR_1, frame_index);
 }
 
+static double sum_of(const model_texel *texels)
+{
+    double sum = 0;
+    for (int i = 0; i < MODEL_PIXELS; i++) sum += texels[i].luma;
+    return sum;
+}
+
 void model_start(model *m, const nrd_reblur_settings *settings, uint32_t single, uint32_t half)
 {
     memset(m, 0, sizeof *m);
@@ -129,10 +144,15 @@ void model_start(model *m, const nrd_reblur_settings *settings, uint32_t single,
 void model_frame(model *m, const double *noisy, uint32_t frame_index)
 {
     static model_texel a[MODEL_PIXELS], b[MODEL_PIXELS];
+    model_texel *const between[2] = { a, b };
     accumulate(m, noisy, frame_index, a);
     m->frames = fmin(fmin(m->frames, m->settings.max_accumulated_frames) + 1, 63.75);
-    blur(m, a, b);
-    atrous(m, MODEL_POST_BLUR_1, b, a, frame_index);
-    atrous(m, MODEL_POST_BLUR_2, a, b, frame_index);
-    atrous(m, MODEL_STABILIZATION, b, m->out, frame_index);
+    m->sum[MODEL_ACCUMULATION] = sum_of(a);
+    blur(m, a, b, frame_index);
+    m->sum[MODEL_BLUR] = sum_of(b);
+    for (int pass = MODEL_POST_BLUR_1; pass <= MODEL_STABILIZATION; pass++) {
+        model_texel *to = pass == MODEL_STABILIZATION ? m->out : between[pass & 1];
+        atrous(m, (model_pass)pass, between[~pass & 1], to, frame_index);
+        m->sum[pass] = sum_of(to);
+    }
 }

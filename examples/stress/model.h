@@ -1,6 +1,6 @@
 /* model.h: REBLUR_DIFFUSE on a wall that faces a still camera, without antilag and stabilisation, in double precision: what the passes
    compute where geometry plays no part. Rounding to 32 bits and to stored 16 bits can be switched on pass by pass, which tells what each
-   costs. */
+   costs, and the sum of light after each pass can be read. */
 #ifndef STRESS_MODEL_H
 #define STRESS_MODEL_H
 
@@ -24,7 +24,9 @@ typedef struct model_texel { double luma, sigma; } model_texel;
 typedef struct model {
     uint32_t single, half;              /* bits of the passes that round */
     nrd_reblur_settings settings;
+    bool endless;                       /* the picture goes on with itself on the other side: no light gets lost at its border */
     double frames;                      /* length of history, of all pixels */
+    double sum[MODEL_PASS_COUNT];       /* of the luma of all pixels, after each pass of the last frame */
     model_texel history[MODEL_PIXELS];
     model_texel out[MODEL_PIXELS];
 } model;
