@@ -18,12 +18,12 @@ uvec2 pack_texel(vec4 v)
 vec4 unpack_texel(uvec2 t) { return vec4(unpackHalf2x16(t.x), unpackHalf2x16(t.y)); }
 
 /* Rounds to a half at random, up as often as the remainder is large: an average that moves by less than half a step a frame would
-   stand still under rounding to nearest. What is a half already stays. random: [0, 1). */
-vec4 dither_to_half(vec4 v, float random)
+   stand still under rounding to nearest. What is a half already stays. random: 24 bits; 13 decide of normal halves, 11 of the steps of denormal ones. */
+vec4 dither_to_half(vec4 v, uint random)
 {
-    vec4 normal = uintBitsToFloat((floatBitsToUint(v) + uint(random * 8192.0)) & 0xffffe000u);
-    vec4 denormal = floor(v * 16777216.0 + random) * (1.0 / 16777216.0);   /* in steps of 2^-24 */
-    return mix(normal, denormal, lessThan(abs(v), vec4(1.0 / 16384.0)));
+    float part = float(random & 0x7ffu) * (1.0 / 2048.0) - (1023.5 / 2048.0);
+    precise vec4 moved = v + part * (1.0 / 16777216.0), raised = moved + 0.75, steps = raised - 0.75;   /* as in round_half() */
+    return uintBitsToFloat((floatBitsToUint(steps) + (random >> 11)) & 0xffffe000u);
 }
 
 #endif

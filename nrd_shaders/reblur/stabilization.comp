@@ -78,7 +78,7 @@ void finish(ivec2 pixel, uvec2 guide, int signal, Track track, vec4 color)
     vec4 change = has_flag(NRD_FLAG_ANTILAG) ? load_change(signal, vec2(pixel) + 0.5) : vec4(0.0, 1.0, 0.0, 0.0);
     float frames = guide_frames(guide, signal), luma = min(stabilize(color, frames, track.stabilized, change), 65504.0);
     color.xyz *= luma / max(color.x, 1e-12);
-    if (!is_absent(NRD_ABSENT_STABILIZATION)) store_stabilized(signal, pixel, dither_to_half(vec4(luma), float(hash(uint(pixel.x), uint(pixel.y), g.frame_index) >> 8) / 16777216.0));
+    if (!is_absent(NRD_ABSENT_STABILIZATION)) store_stabilized(signal, pixel, dither_to_half(vec4(luma), hash(uint(pixel.x), uint(pixel.y), g.frame_index) >> 8));
     float w = has_flag(NRD_FLAG_RETURN_HISTORY) ? frames : norm_hit_dist(pixel, guide, signal, track);
     store_color(signal, pixel, round_half(vec4(clamp(color.xyz, -65504.0, 65504.0), w)));
     SH_ONLY(store_light(signal, pixel, vec4(lights[signal].xyz * luma, lights[signal].w));)

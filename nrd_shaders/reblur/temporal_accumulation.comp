@@ -213,7 +213,7 @@ void turn_history(inout History h, Receiver r, int signal)
 }
 
 /* The same average as of colours. */
-void accumulate_light(ivec2 pixel, int signal, float luma, History h, float alpha, float random)
+void accumulate_light(ivec2 pixel, int signal, float luma, History h, float alpha, uint random)
 {
     vec4 noisy = noisy_light(pixel, signal, luma) * luma;
     vec4 mixed = mix(vec4(h.light.moment, h.light.resolved), noisy, alpha);
@@ -222,7 +222,7 @@ void accumulate_light(ivec2 pixel, int signal, float luma, History h, float alph
 #endif
 
 /* Averages one signal into its history and stores the colour. noisy.w: what is tracked. Returns the track; h.frames is the new length. */
-uint accumulate(ivec2 pixel, int signal, vec4 noisy, inout History h, float random)
+uint accumulate(ivec2 pixel, int signal, vec4 noisy, inout History h, uint random)
 {
     float alpha = 1.0 / (1.0 + h.frames), delta = noisy.x - h.color.x;
     store_color(signal, pixel, dither_to_half(vec4(mix(h.color.xyz, noisy.xyz, alpha), update_sigma(h.color.w, delta, h.frames)), random));
@@ -230,7 +230,7 @@ uint accumulate(ivec2 pixel, int signal, vec4 noisy, inout History h, float rand
     s_sums[signal][gl_LocalInvocationIndex] = tile_sample(h, delta, noisy.w - h.hit_dist);
     float stabilized = h.frames > 0.0 && (h.bend <= STABLE_BEND) ? h.stabilized : -1.0;
     h.frames += 1.0;
-    return pack_track(Track(mix(h.hit_dist, noisy.w, alpha), stabilized), random);
+    return pack_track(Track(mix(h.hit_dist, noisy.w, alpha), stabilized), (float(random >> 16) + 0.5) / 256.0);
 }
 
 void denoise(ivec2 pixel)
@@ -243,7 +243,7 @@ void denoise(ivec2 pixel)
         return;
     }
     nrd_surface surface = nrd_decode_normal_roughness(texelFetch(in_normal_roughness, pixel + rect_origin(), 0), SPEC_NORMAL_FORMAT, SPEC_ROUGHNESS_FORMAT);
-    float random = (float(hash(uint(pixel.x), uint(pixel.y), g.frame_index) >> 24) + 0.5) / 256.0;
+    uint random = hash(uint(pixel.x), uint(pixel.y), g.frame_index) >> 8;
     Reprojection r = reproject(pixel, pixel_uv(pixel), z, signed_z, surface.material_id);
     Footprint f = fetch_footprint(r.uv);
     if (is_reset()) f.weights = vec4(0.0);
