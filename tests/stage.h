@@ -18,6 +18,7 @@ typedef struct stage {
     nrd_vk *vk;
     gpu_image images[NRD_RESOURCE_COUNT];
     bool (*is_sky)(uint32_t x, uint32_t y, uint32_t frame);   /* NULL: nowhere */
+    int (*light)(uint32_t x, uint32_t y, uint32_t frame);     /* 1: all rays arrive, -1: none, 0: half of them. NULL: 0 */
     uint32_t rect_width, rect_height;                         /* px; 0: all */
 } stage;
 
@@ -94,6 +95,14 @@ static inline void stage_fill_noise(nrd_resource resource, uint32_t frame, uint1
         }
 }
 
+static inline void stage_set_light(const stage *s, uint32_t frame, uint16_t (*texels)[4])
+{
+    for (uint32_t i = 0; s->light && i < STAGE_PIXELS; i++) {
+        int light = s->light(i % STAGE_WIDTH, i / STAGE_WIDTH, frame);
+        if (light) texels[i][0] = half_from_float(light > 0 ? 65504 : 0.1f);
+    }
+}
+
 static inline void stage_upload(stage *s, uint32_t frame)
 {
     static float z[STAGE_PIXELS];
@@ -104,6 +113,7 @@ static inline void stage_upload(stage *s, uint32_t frame)
     for (int i = 0; i < NRD_RESOURCE_COUNT; i++) {
         if (!s->images[i].view || nrd_resource_format((nrd_resource)i) != NRD_FORMAT_ANY) continue;
         stage_fill_noise((nrd_resource)i, frame, texels);
+        if (i == NRD_RESOURCE_IN_PENUMBRA) stage_set_light(s, frame, texels);
         const void *from = i == NRD_RESOURCE_IN_VIEWZ ? (const void *)z : i == NRD_RESOURCE_IN_NORMAL_ROUGHNESS ? (const void *)normals : (const void *)texels;
         assert_true(gpu_upload(&device, &s->images[i], from));
     }

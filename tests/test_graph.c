@@ -708,7 +708,7 @@ static void dispatches_of_one_denoiser_leave_the_others_alone(void **state)
 static uint32_t pixels_per_thread(const nrd_info *info, const nrd_dispatch *d)
 {
     uint32_t least = UINT32_MAX;
-    if (!strncmp(d->name, "shadow ", 7) && strcmp(d->name, "shadow tiles") != 0) return 2;   /* a group has 2 x 2 tiles */
+    if (!strcmp(d->name, "shadow rays")) return 2;   /* a group has 2 x 2 tiles */
     for (uint32_t b = 0; b < d->binding_count; b++) {
         if (d->bindings[b].access != NRD_ACCESS_WRITE) continue;
         bool internal = d->bindings[b].resource == NRD_RESOURCE_INTERNAL;

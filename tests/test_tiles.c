@@ -1,4 +1,5 @@
-/* Tiles that are all sky: leaving them out changes no bit, of the outputs of this frame or of any after it, and nothing runs on them. */
+/* Tiles that are all sky, and those without a penumbra: leaving them out changes no bit, of the outputs of this frame or of any after it, and
+   nothing runs on them. */
 #define NRD_IMPLEMENTATION
 #define NRD_VK_IMPLEMENTATION
 #include "nrd_vk.h"
@@ -36,7 +37,10 @@ static void fill_outputs(stage *s)
         if (s->images[i].view && nrd_resource_format((nrd_resource)i) != NRD_FORMAT_ANY) assert_true(gpu_upload(&device, &s->images[i], pattern));
 }
 
-static void open_both(nrd_denoiser denoiser, bool (*is_sky)(uint32_t, uint32_t, uint32_t))
+typedef bool sky_of(uint32_t x, uint32_t y, uint32_t frame);
+typedef int light_of(uint32_t x, uint32_t y, uint32_t frame);
+
+static void open_both_lit(nrd_denoiser denoiser, sky_of *is_sky, light_of *light)
 {
     nrd_vk_desc callbacks = { .get_device_proc = find_function };
     stage_open(&listed, denoiser, 0, NULL);
@@ -44,10 +48,13 @@ static void open_both(nrd_denoiser denoiser, bool (*is_sky)(uint32_t, uint32_t, 
     for (int i = 0; i < 2; i++) {
         stage *s = i ? &whole : &listed;
         s->is_sky = is_sky;
+        s->light = light;
         stage_set(s, nothing);
         fill_outputs(s);
     }
 }
+
+static void open_both(nrd_denoiser denoiser, sky_of *is_sky) { open_both_lit(denoiser, is_sky, NULL); }
 
 static void run_both(uint32_t frame, uint32_t rect_width, uint32_t rect_height, const char *what)
 {
@@ -65,10 +72,8 @@ static void close_both(void)
     assert_int_equal(gpu_message_count(&device), 0);
 }
 
-static bool is_on_tiles(nrd_denoiser d)
-{
-    return d != NRD_DENOISER_REFERENCE && d != NRD_DENOISER_SIGMA_SHADOW && d != NRD_DENOISER_SIGMA_SHADOW_TRANSLUCENCY;
-}
+static bool is_on_tiles(nrd_denoiser d) { return d != NRD_DENOISER_REFERENCE; }
+static bool is_shadow(nrd_denoiser d) { return d == NRD_DENOISER_SIGMA_SHADOW || d == NRD_DENOISER_SIGMA_SHADOW_TRANSLUCENCY; }
 
 /* ---------------------------------------------------------------------------------------------------------------------------
    Skies  >>skies */
@@ -89,6 +94,20 @@ static bool comes_and_goes(uint32_t x, uint32_t y, uint32_t frame)
     if (step < 8) return !(x / 8 == 2 && y / 8 == 1);
     return x < STAGE_WIDTH / 2;
 }
+
+/* ---------------------------------------------------------------------------------------------------------------------------
+   Lights  >>lights */
+static int half(uint32_t x, uint32_t y, uint32_t frame) { (void)y; (void)frame; return x < 16 ? 1 : -1; }
+
+/* A band of penumbra that passes over light and shadow, every other time wide, and stops. */
+static int passing(uint32_t x, uint32_t y, uint32_t frame)
+{
+    int step = (int)(frame < 20 ? frame % 10 : 5), at = 5 * step + (int)y / 3 - 8, width = frame / 10 % 2 ? 9 : 1;
+    return (int)x < at ? 1 : (int)x < at + width ? 0 : -1;
+}
+
+/* Lit, but for a ray that wanders. */
+static int wandering(uint32_t x, uint32_t y, uint32_t frame) { return x == 7 * frame % STAGE_WIDTH && y == 5 * frame % STAGE_HEIGHT ? -1 : 1; }
 
 /* ---------------------------------------------------------------------------------------------------------------------------
    Tests  >>tests */
@@ -147,10 +166,35 @@ static void a_sky_takes_no_groups_from_its_third_frame_on(void **state)
         open_both((nrd_denoiser)d, everywhere);
         for (uint32_t frame = 0; frame < 5; frame++) {
             run_both(frame, 0, 0, "nothing but sky");
-            assert_int_equal(groups_of(&listed)[1], frame < 2 ? STAGE_HEIGHT / 8 : 0);
+            assert_int_equal(groups_of(&listed)[1], frame < (is_shadow((nrd_denoiser)d) ? 1 : 2) ? STAGE_HEIGHT / 8 : 0);
         }
         close_both();
     }
+}
+
+static void leaving_out_tiles_without_penumbra_changes_no_bit_of_any_frame(void **state)
+{
+    static light_of *const lights[] = { half, passing, wandering };
+    (void)state;
+    for (int k = 0; k < 6; k++) {
+        open_both_lit(k % 2 ? NRD_DENOISER_SIGMA_SHADOW_TRANSLUCENCY : NRD_DENOISER_SIGMA_SHADOW, comes_and_goes, lights[k / 2]);
+        for (uint32_t frame = 0; frame < 24; frame++) run_both(frame, frame < 16 ? 0 : 19 + frame % 9, 0, "light that changes");
+        close_both();
+    }
+}
+
+static void an_edge_of_shadow_takes_the_groups_of_the_tiles_beside_it(void **state)
+{
+    (void)state;
+    open_both_lit(NRD_DENOISER_SIGMA_SHADOW, NULL, half);
+    for (uint32_t frame = 0; frame < 3; frame++) {
+        run_both(frame, 0, 0, "half light");
+        const uint32_t *groups = groups_of(&listed);
+        assert_int_equal(groups[0], STAGE_WIDTH / 8);
+        assert_int_equal(groups[1], frame ? 2 : 3);   /* rows; the first frame has all tiles */
+        assert_int_equal(groups[3], (frame ? 2 : STAGE_WIDTH / 8) * (STAGE_HEIGHT / 8));
+    }
+    close_both();
 }
 
 static void a_half_sky_takes_the_groups_of_the_other_half(void **state)
@@ -173,6 +217,8 @@ int main(void)
         cmocka_unit_test(tiles_cut_by_the_rectangle_are_others_when_it_changes),
         cmocka_unit_test(frames_left_out_and_restarts_change_nothing),
         cmocka_unit_test(a_sky_takes_no_groups_from_its_third_frame_on),
+        cmocka_unit_test(leaving_out_tiles_without_penumbra_changes_no_bit_of_any_frame),
+        cmocka_unit_test(an_edge_of_shadow_takes_the_groups_of_the_tiles_beside_it),
         cmocka_unit_test(a_half_sky_takes_the_groups_of_the_other_half),
     };
     return cmocka_run_group_tests(tests, open_validated_device, close_device);

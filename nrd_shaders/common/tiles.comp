@@ -9,14 +9,10 @@
 
 layout(binding = 1) uniform sampler2D in_view_z;
 layout(binding = 2, r8) uniform image2D tile_age;
-layout(binding = 3, r32ui) uniform writeonly uimage2D out_list;
-layout(std430, binding = 4) buffer groups_block { uint x, y, z, count; } groups;
-layout(std430, binding = 5) buffer next_block { uint x, y, z, count; } next;   /* of the next frame: ends as none */
+#define LIST 3
+#include "list.glsl"
 
 const uint LEAST_AGE = 3u;        /* this frame and both halves of ping-pong textures before it */
-
-shared uint s_listed[2];          /* a bit for each tile of the group */
-shared uint s_first;              /* place of the group's first tile in the list */
 
 bool is_surface(float view_z) { return !is_sky(view_z * g.view_z_scale); }
 
@@ -58,31 +54,8 @@ uint update_age(ivec2 tile)
     return age;
 }
 
-/* Claims places for the tiles of the group. Rows of the list are as long as those of the picture. */
-void claim(uint count, uint columns)
-{
-    if (count == 0u) return;
-    s_first = atomicAdd(groups.count, count);
-    atomicMax(groups.y, (s_first + count + columns - 1u) / columns);
-}
-
 void main()
 {
-    ivec2 tile = ivec2(gl_GlobalInvocationID.xy), tiles = (rect_size() + 7) / 8;
-    uint i = gl_LocalInvocationIndex, bit = 1u << (i & 31u), columns = uint(tiles.x);
-    if (i < 2u) s_listed[i] = 0u;
-    barrier();
-    bool listed = all(lessThan(tile, tiles)) && update_age(tile) < LEAST_AGE;
-    if (listed) atomicOr(s_listed[i >> 5], bit);
-    barrier();
-    uint low = bitCount(s_listed[0]), before = bitCount(s_listed[i >> 5] & (bit - 1u)) + (i < 32u ? 0u : low);
-    if (i == 0u) claim(low + bitCount(s_listed[1]), columns);
-    if (tile == ivec2(0)) {
-        groups.x = columns;
-        groups.z = 1u;
-        next.y = next.count = 0u;
-    }
-    barrier();
-    uint place = s_first + before;
-    if (listed) imageStore(out_list, ivec2(place % columns, place / columns), uvec4(1u << 31 | uint(tile.y) << 16 | uint(tile.x)));
+    ivec2 tile = ivec2(gl_GlobalInvocationID.xy);
+    list_tile(tile, all(lessThan(tile, (rect_size() + 7) / 8)) && update_age(tile) < LEAST_AGE, 0u);
 }

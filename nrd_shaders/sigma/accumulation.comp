@@ -1,4 +1,4 @@
-/* Reads   guides, penumbrae, tiles, last frame's history.
+/* Reads   guides, penumbrae, the list of tiles, last frame's history.
    Writes  mean visibility, its length and the width of the penumbra, where there is one; reprojected stabilised output.
    Decides which rays lie in a penumbra, and averages those over time. A ray outside of a penumbra is exact: it stays as it has been passed
    on and forgets history, so that contact shadows and umbrae stay what they are. Everything after this pass works on means.
@@ -16,7 +16,6 @@ layout(binding = 2) uniform sampler2D in_normal_roughness;
 layout(binding = 3) uniform sampler2D in_view_z;
 layout(binding = 4) uniform sampler2D in_penumbra;
 layout(binding = 5) uniform usampler2D history;
-layout(binding = 6) uniform sampler2D in_tile;
 #ifdef TRANSLUCENCY
 layout(binding = 7, rg32ui) uniform writeonly uimage2D out_mean;
 layout(binding = 8) uniform sampler2D in_translucency;
@@ -27,13 +26,16 @@ layout(binding = 8, r8) uniform writeonly image2D out_stabilized;
 #endif
 #include "rays.glsl"
 #include "neighborhood.glsl"
+#define TILES 6
+#define EXACT_TILES
+#include "../common/tiles.glsl"
 
 /* Support is looked for around the pixel in 5 x 5 and on a ring of 8: of opposite places one each. */
 const int PAIRS = 16;
 const ivec2 PAIR[PAIRS] = ivec2[PAIRS](ivec2(-2, 0), ivec2(-1, 0), ivec2(-2, 1), ivec2(-1, 1), ivec2(0, 1), ivec2(1, 1), ivec2(2, 1), ivec2(-2, 2),
                                        ivec2(-1, 2), ivec2(0, 2), ivec2(1, 2), ivec2(2, 2), ivec2(4, 0), ivec2(3, 3), ivec2(0, 4), ivec2(-3, 3));
 
-shared uint s_waiting[256];              /* pixels that may lie in a penumbra: their index in the group's 16 x 16 */
+shared uint s_waiting[64];               /* pixels that may lie in a penumbra: their index in the tile */
 shared uint s_waiting_count;
 
 /* Rays that differ by less than this are no sign of a penumbra; what many lights send varies over a surface. */
@@ -207,7 +209,7 @@ float trust_in(History h, Support s, float frames)
 
 void accumulate(ivec2 place)
 {
-    ivec2 pixel = group_pixel() + place;
+    ivec2 pixel = 8 * tile + place;
     int centre = ray_index(place);
     float signed_z = nearness(s_ray[centre].x);
     vec3 position_vs = view_position(ray_uv(pixel), abs(signed_z), g.frustum, g.orthographic), normal_vs = load_normal_vs(in_normal_roughness, pixel);
@@ -228,20 +230,16 @@ void accumulate(ivec2 place)
 #endif
 }
 
-/* A group has 2 x 2 tiles. Few of their pixels may lie in a penumbra where edges are narrow: those are gathered in a list, so that no thread
-   waits for others. */
-void main()
+/* Few pixels of a tile may lie in a penumbra where edges are narrow: those are gathered in a list, so that no thread waits for others. */
+void process(ivec2 pixel)
 {
-    vec2 corner = vec2(2u * gl_WorkGroupID.xy + 1u) / vec2(textureSize(in_tile, 0));
-    if ((packUnorm4x8(textureGather(in_tile, corner, 0)) & TILE_ACTIVE * 0x01010101u) == 0u) return;
+    if ((tile_marks & TILE_ACTIVE) == 0u) return;
     uint i = gl_LocalInvocationIndex;
     if (i == 0u) s_waiting_count = 0u;
-    load_rays();
-    UNROLL for (int t = 0; t < 4; t++) {
-        ivec2 place = 8 * ivec2(t & 1, t >> 1) + ivec2(gl_LocalInvocationID.xy);
-        float width = s_ray[ray_index(place)].y;
-        if (width > 0.0 && may_be_penumbra(place, width)) s_waiting[atomicAdd(s_waiting_count, 1u)] = uint(place.y * 16 + place.x);
-    }
+    load_rays(8 * tile);
+    ivec2 place = ivec2(gl_LocalInvocationID.xy);
+    float width = s_ray[ray_index(place)].y;
+    if (width > 0.0 && may_be_penumbra(place, width)) s_waiting[atomicAdd(s_waiting_count, 1u)] = i;
     barrier();
-    [[dont_unroll]] for (uint n = i; n < s_waiting_count; n += 64u) accumulate(ivec2(s_waiting[n] & 15u, s_waiting[n] >> 4));
+    if (i < s_waiting_count) accumulate(ivec2(s_waiting[i] & 7u, s_waiting[i] >> 3));
 }

@@ -1,4 +1,4 @@
-/* Reads   mean visibility with its length and the penumbra's width, reprojected stabilised output, normals, tiles.
+/* Reads   mean visibility with its length and the penumbra's width, reprojected stabilised output, normals, the list of tiles.
    Writes  history, the output where there is a penumbra.
    Blurs the means over a disc that is as wide as a part of the penumbra, perpendicular to the light, and pulls the result towards last
    frame's as far as the difference can be noise. Not a word of it enters the means: they stay unbiased.
@@ -10,7 +10,6 @@
 #include "sigma.glsl"
 
 layout(binding = 1) uniform sampler2D in_normal_roughness;
-layout(binding = 2) uniform sampler2D in_tile;
 layout(binding = 3) uniform usampler2D in_mean;
 layout(binding = 4, r32ui) uniform writeonly uimage2D out_history;
 #ifdef TRANSLUCENCY
@@ -20,6 +19,9 @@ layout(binding = 6, r16ui) uniform writeonly uimage2D out_history_color;
 layout(binding = 5, r8) uniform writeonly image2D out_shadow;
 layout(binding = 6) uniform sampler2D in_stabilized;
 #endif
+#define TILES 2
+#define EXACT_TILES
+#include "../common/tiles.glsl"
 
 const int FAR_TAPS = 5;
 const float REACH = 0.045;              /* of the picture's shorter side: longest axis of the far taps' ellipse. Longer ones miss thin occluders' ends */
@@ -147,10 +149,11 @@ void store_history(ivec2 pixel, uvec2 word)
 #endif
 }
 
-void denoise(ivec2 pixel, uint tile)
+void process(ivec2 pixel)
 {
-    if ((tile & TILE_ACTIVE) == 0u) {
-        store_history(pixel, uniform_history((tile & TILE_LIT) != 0u));
+    if (!in_rect(pixel)) return;
+    if ((tile_marks & TILE_ACTIVE) == 0u) {
+        store_history(pixel, uniform_history((tile_marks & TILE_LIT) != 0u));
         return;
     }
     uvec2 word = texelFetch(in_mean, pixel, 0).xy;
@@ -163,17 +166,4 @@ void denoise(ivec2 pixel, uint tile)
     v = stabilize(pixel, word, v, deviation);
     store_history(pixel, pack_history(word, pack_byte(luma_of(v), random_of(pixel, 2u))));
     imageStore(out_shadow, pixel, shadow_texel(v));
-}
-
-/* A group has 2 x 2 tiles: most have nothing to do, and starting a group is what they cost. */
-void main()
-{
-    vec2 corner = vec2(2u * gl_WorkGroupID.xy + 1u) / vec2(textureSize(in_tile, 0));
-    vec4 tiles = textureGather(in_tile, corner, 0).wzxy;
-    uint packed = packUnorm4x8(tiles);
-    if ((packed & (TILE_ACTIVE | TILE_STALE) * 0x01010101u) == 0u) return;
-    for (uint i = 0u; i < 4u; i++, packed >>= 8) {
-        ivec2 pixel = ivec2((2u * gl_WorkGroupID.xy + uvec2(i & 1u, i >> 1)) * 8u + gl_LocalInvocationID.xy);
-        if ((packed & (TILE_ACTIVE | TILE_STALE)) != 0u && in_rect(pixel)) denoise(pixel, packed & 255u);
-    }
 }

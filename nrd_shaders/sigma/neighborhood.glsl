@@ -1,9 +1,9 @@
-/* The rays of a group's 2 x 2 tiles and around them, in shared memory. */
+/* The rays of a tile and around it, in shared memory. */
 #ifndef NEIGHBORHOOD_GLSL
 #define NEIGHBORHOOD_GLSL
 
 const int REACH = 4;                     /* px that rays are looked at around a pixel */
-const int SIDE = 16 + 2 * REACH;
+const int SIDE = 8 + 2 * REACH;
 const uint QUADS = uint(SIDE / 2);
 
 shared vec2 s_ray[SIDE * SIDE];          /* nearness() with the sign of view z, or NO_NEIGHBOR; width_of() */
@@ -14,9 +14,7 @@ shared uint s_colored[QUADS];            /* of a row of quads, a bit for each */
 shared uint s_kinds[QUADS];              /* likewise: lit in the lower half, blocked in the upper one */
 
 const float NO_NEIGHBOR = 1e30;          /* where the light tells nothing */
-const uint ROUNDS = (QUADS * QUADS + 63u) / 64u;   /* of 64 threads */
 
-ivec2 group_pixel() { return 16 * ivec2(gl_WorkGroupID.xy); }
 ivec2 quad_corner(uint quad) { return 2 * ivec2(quad % QUADS, quad / QUADS); }
 int ray_index(ivec2 place) { return (place.y + REACH) * SIDE + place.x + REACH; }
 
@@ -42,9 +40,9 @@ vec4 gather_widths(ivec2 corner, vec4 z)
     return widths;
 }
 
-void store_quad(uint quad, vec4 z, vec4 widths)
+void store_quad(uint quad, ivec2 corner, vec4 z, vec4 widths)
 {
-    ivec2 place = quad_corner(quad), corner = group_pixel() - REACH + place;
+    ivec2 place = quad_corner(quad);
     uint kinds = 0u;
     bool colored = false;
     UNROLL for (int i = 0; i < 4; i++) {
@@ -63,25 +61,20 @@ void store_quad(uint quad, vec4 z, vec4 widths)
 #endif
 }
 
-/* All fetches before anything is done with them. */
-void load_rays()
+/* A thread a quad. first: the tile's first pixel. */
+void load_rays(ivec2 first)
 {
-    vec4 z[ROUNDS], widths[ROUNDS];
     uint i = gl_LocalInvocationIndex;
+    ivec2 corner = first - REACH + quad_corner(i);
+    vec4 z = gather_view_z(corner), widths = gather_widths(corner, z);
     if (i < QUADS) {
         s_kinds[i] = 0u;
 #ifdef TRANSLUCENCY
         s_colored[i] = 0u;
 #endif
     }
-    UNROLL for (uint k = 0u; k < ROUNDS; k++) {
-        ivec2 corner = group_pixel() - REACH + quad_corner(min(i + 64u * k, QUADS * QUADS - 1u));
-        z[k] = gather_view_z(corner);
-        widths[k] = gather_widths(corner, z[k]);
-    }
     barrier();
-    UNROLL for (uint k = 0u; k < ROUNDS; k++)
-        if (i + 64u * k < QUADS * QUADS) store_quad(i + 64u * k, z[k], widths[k]);
+    store_quad(i, corner, z, widths);
     barrier();
 }
 

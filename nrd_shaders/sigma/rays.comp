@@ -1,5 +1,5 @@
 /* Reads   view depth, penumbrae, colours.
-   Writes  every ray as it is: as a mean without history, and to the output; which kinds of rays there are in a tile.
+   Writes  every ray as it is: as a mean without history, and to the output; which kinds of rays there are in a tile; an empty list of tiles.
    What is no penumbra is finished after this pass. */
 #version 450
 #extension GL_GOOGLE_include_directive : require
@@ -10,10 +10,11 @@
 layout(binding = 1) uniform sampler2D in_view_z;
 layout(binding = 2) uniform sampler2D in_penumbra;
 layout(binding = 4, r16ui) uniform writeonly uimage2D out_kinds;
+layout(binding = 6, r32ui) uniform writeonly uimage2D out_list;
 #ifdef TRANSLUCENCY
 layout(binding = 3, rg32ui) uniform writeonly uimage2D out_mean;
 layout(binding = 5, rgba8) uniform writeonly image2D out_shadow;
-layout(binding = 6) uniform sampler2D in_translucency;
+layout(binding = 7) uniform sampler2D in_translucency;
 #else
 layout(binding = 3, r32ui) uniform writeonly uimage2D out_mean;
 layout(binding = 5, r8) uniform writeonly image2D out_shadow;
@@ -57,5 +58,7 @@ void main()
     }
     barrier();
     tile += ivec2(i & 1u, i >> 1);
-    if (i < 4u && in_rect(8 * tile)) imageStore(out_kinds, tile, uvec4(s_kinds[i]));
+    if (i >= 4u || !in_rect(8 * tile)) return;
+    imageStore(out_kinds, tile, uvec4(s_kinds[i]));
+    imageStore(out_list, tile, uvec4(0u));
 }
