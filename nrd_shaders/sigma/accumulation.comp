@@ -30,10 +30,14 @@ layout(binding = 8, r8) uniform writeonly image2D out_stabilized;
 #define EXACT_TILES
 #include "../common/tiles.glsl"
 
-/* Support is looked for around the pixel in 5 x 5 and on a ring of 8: of opposite places one each. */
+/* Support is looked for around the pixel in 5 x 5 and on a ring of 8: of opposite places one each. Loops over them are not
+   unrolled: 40 registers on an AMD GPU, not 64, and not slower on an H200. */
 const int PAIRS = 16;
-const ivec2 PAIR[PAIRS] = ivec2[PAIRS](ivec2(-2, 0), ivec2(-1, 0), ivec2(-2, 1), ivec2(-1, 1), ivec2(0, 1), ivec2(1, 1), ivec2(2, 1), ivec2(-2, 2),
-                                       ivec2(-1, 2), ivec2(0, 2), ivec2(1, 2), ivec2(2, 2), ivec2(4, 0), ivec2(3, 3), ivec2(0, 4), ivec2(-3, 3));
+/* (-2, 0), (-1, 0), (-2, 1), (-1, 1), (0, 1), (1, 1), (2, 1), (-2, 2), (-1, 2), (0, 2), (1, 2), (2, 2), (4, 0), (3, 3), (0, 4), (-3, 3): x + 4 and y in
+   4 bits each. A table takes lavapipe 8 times as long. */
+uvec2 pair_code(int i) { return ((i < 8 ? uvec2(0x26543232u, 0x21111100u) : uvec2(0x14786543u, 0x34302222u)) >> (4 * i & 31)) & 15u; }
+vec2 pair_offset(uvec2 code) { return uintBitsToFloat(code | 0x4b000000u) - vec2(8388612.0, 8388608.0); }   /* cheaper than a conversion */
+int pair_step(uvec2 code) { return int(code.y) * SIDE + int(code.x) - 4; }   /* from ray to ray */
 
 shared uint s_waiting[64];               /* pixels that may lie in a penumbra: their index in the tile */
 shared uint s_waiting_count;
@@ -53,7 +57,8 @@ bool differ(Visibility a, Visibility b)
 /* ---- support */
 struct Support {
     float width;     /* half width of the penumbra, px; 0: outside of one */
-    Visibility mean; /* of the rays around that lie on the same surface, near in the light's eyes */
+    uint on_plane;   /* which rays around lie on the same surface: two bits for each of PAIR */
+    Visibility mean; /* of these, near in the light's eyes */
     float count;     /* effective number of those rays */
 };
 
@@ -61,9 +66,8 @@ struct Support {
 struct Around {
     int centre;          /* index of its ray */
     vec3 across;         /* as in LightFrame */
-    vec2 along;
+    vec3 along;          /* half width, px, that an occluder casts which is as far, along the light, as twice the way to an offset: x + |yz * offset| */
     NearnessPlane plane;
-    vec3 occluder;       /* half the distance, along the light, to an occluder that casts half width w = w * x / (y + w * z) */
     float least;         /* half width that is believed, at least: where the horizon of the surface cuts the light in two, rays are blocked by the
                             surface itself at once, and the penumbra is that of the terminator, not of an occluder */
 };
@@ -73,57 +77,69 @@ const float TERMINATOR_PX = 4.0;   /* least half width there */
 Around make_around(int centre, vec3 position_vs, vec3 normal_vs, LightFrame f)
 {
     float tolerance = max(g.plane_distance_sensitivity * frustum_size(position_vs.z), 4.0 * DEPTH_ERROR * position_vs.z);
-    float light_distance = mix(1.0, distance(g.light.xyz, position_vs), g.light.w), per_pixel = 1.0 / f.pixel;
+    float light_angle = g.light_radius / mix(1.0, distance(g.light.xyz, position_vs), g.light.w), per_pixel = 1.0 / f.pixel;
     Around a;
     a.centre = centre;
     a.across = f.across * (per_pixel * per_pixel);
-    a.along = f.along * per_pixel;
+    a.along = 2.0 * light_angle * vec3(-1.0, f.along * per_pixel);   /* a pixel nearer */
     a.plane = make_nearness_plane(f, position_vs.z, tolerance);
-    a.occluder = vec3(0.5 * light_distance, g.light_radius, g.light.w * f.pixel);
-    a.least = abs(dot(normal_vs, to_light(position_vs, normal_vs))) < g.light_radius / light_distance ? TERMINATOR_PX : 0.0;
+    a.least = abs(dot(normal_vs, to_light(position_vs, normal_vs))) < light_angle ? TERMINATOR_PX : 0.0;
     return a;
 }
 
-/* Half width of the penumbra at the centre: mean over blocked rays whose penumbra reaches it and whose occluder is not nearer, along the light,
-   than twice the way to the centre. Small ones count more, by 1 / (half width + 1 px), because the occluder that is near makes the edge. */
-float penumbra_at_centre(Around a, float own)
+/* Narrowness of the widest penumbra that does not reach the centre from an offset, or is cast by an occluder that is too near. */
+float narrowness_needed(Around a, vec2 offset, float across2)
 {
-    Visibility own_visibility = ray_visibility(a.centre, own);
+    float width = max(0.5 * sqrt(across2) - 0.25, a.along.x + abs(dot(a.along.yz, offset)));
+    return 1.0 / max(width + 1.0, 1.0);
+}
+
+/* Half width of the penumbra at the centre: mean over blocked rays whose penumbra reaches it and whose occluder is far enough. Small ones count
+   more, by their narrowness, because the occluder that is near makes the edge. */
+void find_penumbra(Around a, float own, inout Support s)
+{
     bool lit = own == LIT, supported = false;
-    float count = lit ? 0.0 : 1.0, sum = lit ? 0.0 : 1.0 / (own + 1.0), own_reach2 = lit ? -1.0 : (own + 0.5) * (own + 0.5);
-    UNROLL for (int i = 0; i < PAIRS; i++) {
-        vec2 offset = vec2(PAIR[i]);
-        float across2 = across_squared(a.across, offset), along = abs(dot(a.along, offset)) - 1.0, slope = dot(a.plane.at.yz, offset);
-        float nearest = along * a.occluder.y, per_width = a.occluder.x - along * a.occluder.z;
-        UNROLL for (int side = -1; side <= 1; side += 2) {
-            int at = a.centre + side * (PAIR[i].y * SIDE + PAIR[i].x);
+    float count = lit ? 0.0 : 1.0, sum = lit ? 0.0 : 1.0 / (own + 1.0), own_reach2 = lit ? -1.0 : (own + 0.5) * (own + 0.5), least = 1.0 / (a.least + 1.0);
+    Visibility own_visibility = ray_visibility(a.centre, lit);
+    [[dont_unroll]] for (int i = 0; i < PAIRS; i++) {
+        uvec2 code = pair_code(i);
+        vec2 offset = pair_offset(code);
+        float across2 = across_squared(a.across, offset), slope = dot(a.plane.at.yz, offset), needed = narrowness_needed(a, offset, across2);
+        needed = mix(needed, 1.0, least <= needed);
+        UNROLL for (int side = 0; side < 2; side++) {
+            int at = a.centre + (2 * side - 1) * pair_step(code);
             vec2 ray = s_ray[at];
-            float width = max(ray.y, a.least), reach = 2.0 * width + 0.5;
-            bool on_plane = is_on_plane(a.plane, a.plane.at.x + float(side) * slope, abs(ray.x));
-            bool reaches = all(bvec4(on_plane, ray.y != LIT, reach * reach >= across2, width * per_width >= nearest));
-            float one = float(reaches);
-            count += one;
-            sum += one / (width + 1.0);
-            bool counts = any(bvec2(reaches, across2 <= own_reach2)), differs = differ(own_visibility, ray_visibility(at, ray.y));
+            bool on_plane = is_on_plane(a.plane, a.plane.at.x + float(2 * side - 1) * slope, abs(ray.x));
+            bool reaches = all(bvec2(on_plane, ray.y <= needed));
+            s.on_plane |= mix(0u, 1u << (2 * i + side), on_plane);
+            count += float(reaches);
+            sum += mix(0.0, min(ray.y, least), reaches);
+#ifdef TRANSLUCENCY
+            bool counts = any(bvec2(reaches, across2 <= own_reach2)), differs = differ(own_visibility, ray_visibility(at, ray.y == NARROWNESS_LIT));
             supported = any(bvec2(supported, all(bvec3(on_plane, counts, differs))));
+#else
+            supported = any(bvec2(supported, all(bvec3(on_plane, ray.y == NARROWNESS_LIT, across2 <= own_reach2))));
+#endif
         }
     }
-    return supported ? count / sum - 1.0 : 0.0;
+#ifndef TRANSLUCENCY
+    supported = any(bvec2(supported, all(bvec2(lit, count > 0.0))));
+#endif
+    s.width = supported ? count / sum - 1.0 : 0.0;
 }
 
 void gather_mean(Around a, float own, inout Support s)
 {
-    float k = max(0.6 * s.width, 0.7), scale = -1.5 * 1.442695 / (k * k), weight = 1.0, squares = 1.0, per_width = 1.0 / s.width;
-    Visibility sum = ray_visibility(a.centre, own);
-    UNROLL for (int i = 0; i < PAIRS; i++) {
-        vec2 offset = vec2(PAIR[i]);
-        float near = exp2(scale * across_squared(a.across, offset)), slope = dot(a.plane.at.yz, offset);
-        UNROLL for (int side = -1; side <= 1; side += 2) {
-            int at = a.centre + side * (PAIR[i].y * SIDE + PAIR[i].x);
-            vec2 ray = s_ray[at];
-            bool on_plane = is_on_plane(a.plane, a.plane.at.x + float(side) * slope, abs(ray.x));
-            float w = float(on_plane) * near * min(max(ray.y, a.least) * per_width, 1.0);
-            sum += w * ray_visibility(at, ray.y);
+    float k = max(0.6 * s.width, 0.7), weight = 1.0, squares = 1.0, per_width = 1.0 / s.width, least = a.least * per_width;
+    vec3 falloff = a.across * (1.5 * 1.442695 / (k * k));
+    Visibility sum = ray_visibility(a.centre, own == LIT);
+    [[dont_unroll]] for (int i = 0; i < PAIRS; i++) {
+        uvec2 code = pair_code(i);
+        float near = exp2(-across_squared(falloff, pair_offset(code)));
+        UNROLL for (int side = 0; side < 2; side++) {
+            int at = a.centre + (2 * side - 1) * pair_step(code);
+            float width = s_width[at], w = mix(0.0, near * clamp(width * per_width + least, 0.0, 1.0), (s.on_plane & 1u << (2 * i + side)) != 0u);
+            sum += w * ray_visibility(at, width == LIT);
             weight += w;
             squares += w * w;
         }
@@ -214,15 +230,15 @@ void accumulate(ivec2 place)
     float signed_z = nearness(s_ray[centre].x);
     vec3 position_vs = view_position(ray_uv(pixel), abs(signed_z), g.frustum, g.orthographic), normal_vs = load_normal_vs(in_normal_roughness, pixel);
     Around a = make_around(centre, position_vs, normal_vs, make_light_frame(position_vs, normal_vs));
-    Support s = Support(0.0, NO_LIGHT, 0.0);
-    float own = max(s_ray[centre].y, a.least);
-    s.width = penumbra_at_centre(a, own);
+    Support s = Support(0.0, 0u, NO_LIGHT, 0.0);
+    float own = max(s_width[centre], a.least);
+    find_penumbra(a, own, s);
     if (!(s.width > 0.0)) return;
     gather_mean(a, own, s);
     History h = no_history();
     if (!is_reset()) h = fetch_history(pixel, normal_vs, signed_z, s.width);
     float frames = history_length(h.age, s.width), trust = trust_in(h, s, frames);
-    Visibility v = mix(clamp_history(h.mean, s), ray_visibility(centre, own), 1.0 / (1.0 + frames * trust));
+    Visibility v = mix(clamp_history(h.mean, s), ray_visibility(centre, own == LIT), 1.0 / (1.0 + frames * trust));
     uint age = pack_age(mix(frames * trust, h.age, trust * trust * trust * trust) + 1.0, random_of(pixel, 3u));
     imageStore(out_mean, pixel, uvec4(pack_mean(pack_depth(abs(signed_z)), v, random_of(pixel, 0u), age, s.width, h.stabilized), 0u, 0u));
 #ifndef TRANSLUCENCY
@@ -238,7 +254,7 @@ void process(ivec2 pixel)
     if (i == 0u) s_waiting_count = 0u;
     load_rays(8 * tile);
     ivec2 place = ivec2(gl_LocalInvocationID.xy);
-    float width = s_ray[ray_index(place)].y;
+    float width = s_width[ray_index(place)];
     if (width > 0.0 && may_be_penumbra(place, width)) s_waiting[atomicAdd(s_waiting_count, 1u)] = i;
     barrier();
     if (i < s_waiting_count) accumulate(ivec2(s_waiting[i] & 7u, s_waiting[i] >> 3));

@@ -6,7 +6,8 @@ const int REACH = 4;                     /* px that rays are looked at around a 
 const int SIDE = 8 + 2 * REACH;
 const uint QUADS = uint(SIDE / 2);
 
-shared vec2 s_ray[SIDE * SIDE];          /* nearness() with the sign of view z, or NO_NEIGHBOR; width_of() */
+shared vec2 s_ray[SIDE * SIDE];          /* nearness() with the sign of view z, or NO_NEIGHBOR; narrowness_of() */
+shared float s_width[SIDE * SIDE];       /* width_of() */
 #ifdef TRANSLUCENCY
 shared uint s_color[SIDE * SIDE];        /* of blocked rays */
 shared uint s_colored[QUADS];            /* of a row of quads, a bit for each */
@@ -18,13 +19,13 @@ const float NO_NEIGHBOR = 1e30;          /* where the light tells nothing */
 ivec2 quad_corner(uint quad) { return 2 * ivec2(quad % QUADS, quad / QUADS); }
 int ray_index(ivec2 place) { return (place.y + REACH) * SIDE + place.x + REACH; }
 
-/* Of the ray at an index, whose width is given. */
-Visibility ray_visibility(int at, float width)
+/* Of the ray at an index. */
+Visibility ray_visibility(int at, bool lit)
 {
 #ifdef TRANSLUCENCY
-    return max(unpackUnorm4x8(s_color[at]).xyz, visibility_of(width));
+    return max(unpackUnorm4x8(s_color[at]).xyz, Visibility(lit));
 #else
-    return visibility_of(width);
+    return Visibility(lit);
 #endif
 }
 
@@ -47,7 +48,8 @@ void store_quad(uint quad, ivec2 corner, vec4 z, vec4 widths)
     bool colored = false;
     UNROLL for (int i = 0; i < 4; i++) {
         int at = (place.y + (i >> 1)) * SIDE + place.x + (i & 1);
-        s_ray[at] = vec2(mix(NO_NEIGHBOR, nearness(z[i]), widths[i] > 0.0), widths[i]);
+        s_ray[at] = vec2(mix(NO_NEIGHBOR, nearness(z[i]), widths[i] > 0.0), narrowness_of(widths[i]));
+        s_width[at] = widths[i];
         uint kind = kind_of(widths[i]);
         kinds |= mix(kind, 1u << 16, kind == KIND_BLOCKED);
 #ifdef TRANSLUCENCY

@@ -18,6 +18,10 @@ float width_of(float penumbra, float z)
     return mix(mix(blocked, LIT, penumbra >= NRD_HIT_DIST_MISS), NOTHING, is_sky(z));
 }
 
+/* 1 / (half width + 1 px), the weight of a blocked ray in the mean of widths; of others more than any of these. */
+const float NARROWNESS_LIT = 2.0;
+float narrowness_of(float width) { return mix(NARROWNESS_LIT, 1.0 / (width + 1.0), width > 0.0 && width != LIT); }
+
 uint kind_of(float width) { return mix(mix(0u, KIND_BLOCKED, width > 0.0), KIND_LIT, width == LIT); }
 
 /* Of a ray that is not coloured. */
