@@ -155,7 +155,7 @@ extern "C" {
     X(vec4, frustum_prev) \
     X(vec4, motion_scale)           /* w: anti_firefly_scale, 0 or at least 1 */ \
     X(vec4, hit_distance)           /* A, B, C, D of nrd_hit_dist_scale */ \
-    X(vec4, jitter_delta)           /* xy: current - previous, px; zw: unused */ \
+    X(vec4, jitter_delta)           /* xy: current - previous, px; z: what part of its diameter the light of a shadow has moved by; w: unused */ \
     X(vec4, light)                  /* view space: unit vector to a directional light (w 0), position of a local one (w 1); xyz 0: unknown */ \
     X(vec4, camera)                 /* xyz: its world position */ \
     X(uint, rect_width) X(uint, rect_height) X(uint, rect_width_prev) X(uint, rect_height_prev) \
@@ -1474,6 +1474,7 @@ typedef struct nrdi_state {         /* one denoiser of an instance */
     uint32_t period;                /* nrd.period of the last dispatches */
     uint64_t written;               /* in this frame: bit 2 * texture of the row + half of a ping-pong pair */
     union { nrd_reference_settings reference; nrd_reblur_settings reblur; nrd_occlusion_settings occlusion; nrd_sigma_settings sigma; } settings;
+    nrd_sigma_settings light_before; /* of the last frame */
     nrd_constants constants;
 } nrdi_state;
 
@@ -2383,11 +2384,29 @@ static void nrdi_fill_occlusion(const nrd_occlusion_settings *s, float resolutio
               | nrdi_checkerboard_flags(s->diffuse_checkerboard, s->specular_checkerboard);
 }
 
+static bool nrdi_knows_light(const nrd_sigma_settings *s) { return s->light_x != 0 || s->light_y != 0 || s->light_z != 0 || s->light_is_local; }
+
+/* How far the light has moved since the frame before, as a part of its diameter: so much changes in the visibility of a penumbra, at most. */
+static float nrdi_light_shift(const nrd_sigma_settings *before, const nrd_sigma_settings *now)
+{
+    const float a[3] = { before->light_x, before->light_y, before->light_z }, b[3] = { now->light_x, now->light_y, now->light_z };
+    double squared[2] = { 0, 0 }, moved = 0;
+    if (!nrdi_knows_light(before) || !nrdi_knows_light(now) || !(now->light_radius > 0)) return 0;
+    if (before->light_is_local != now->light_is_local) return 1;
+    for (int k = 0; k < 3; k++) squared[0] += (double)a[k] * a[k], squared[1] += (double)b[k] * b[k];
+    for (int k = 0; k < 3; k++) {
+        double from = now->light_is_local ? a[k] : a[k] / sqrt(squared[0]), to = now->light_is_local ? b[k] : b[k] / sqrt(squared[1]);
+        moved += (to - from) * (to - from);
+    }
+    double shift = sqrt(moved) / (2 * (double)now->light_radius);
+    return shift > 1e-4 ? (float)(shift < 1 ? shift : 1) : 0;   /* less: rounding */
+}
+
 static void nrdi_fill_sigma(const nrd *n, const nrd_sigma_settings *s, nrd_constants *c)
 {
     nrdi_view now = nrdi_resolve_view(&n->frame.camera, n->frame.clip_y, n->frame.rect_height);
     double from[3] = { s->light_x, s->light_y, s->light_z }, squared = 0;
-    bool known = from[0] != 0 || from[1] != 0 || from[2] != 0 || s->light_is_local;
+    bool known = nrdi_knows_light(s);
     for (int k = 0; k < 3; k++) {
         from[k] -= s->light_is_local ? now.position[k] : 0;
         squared += from[k] * from[k];
@@ -2449,7 +2468,11 @@ static void nrdi_fill_constants(const nrd *n, nrdi_state *s)
     } else {
         float x = (float)n->frame.rect_width / (float)n->desc.width, y = (float)n->frame.rect_height / (float)n->desc.height;
         if (s->row->family == NRDI_FAMILY_OCCLUSION) nrdi_fill_occlusion(&s->settings.occlusion, x < y ? x : y, c);
-        else if (s->row->family == NRDI_FAMILY_SIGMA) nrdi_fill_sigma(n, &s->settings.sigma, c);
+        else if (s->row->family == NRDI_FAMILY_SIGMA) {
+            nrdi_fill_sigma(n, &s->settings.sigma, c);
+            if (!reset) c->jitter_delta[2] = nrdi_light_shift(&s->light_before, &s->settings.sigma);
+            s->light_before = s->settings.sigma;
+        }
         else nrdi_fill_reblur(s, x < y ? x : y, c);
         nrdi_fill_materials(n, s, c);
     }

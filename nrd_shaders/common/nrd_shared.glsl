@@ -67,7 +67,7 @@
     X(vec4, frustum_prev) \
     X(vec4, motion_scale)           /* w: anti_firefly_scale, 0 or at least 1 */ \
     X(vec4, hit_distance)           /* A, B, C, D of nrd_hit_dist_scale */ \
-    X(vec4, jitter_delta)           /* xy: current - previous, px; zw: unused */ \
+    X(vec4, jitter_delta)           /* xy: current - previous, px; z: what part of its diameter the light of a shadow has moved by; w: unused */ \
     X(vec4, light)                  /* view space: unit vector to a directional light (w 0), position of a local one (w 1); xyz 0: unknown */ \
     X(vec4, camera)                 /* xyz: its world position */ \
     X(uint, rect_width) X(uint, rect_height) X(uint, rect_width_prev) X(uint, rect_height_prev) \

@@ -215,11 +215,12 @@ Visibility clamp_history(Visibility mean, Support s)
 }
 
 /* Part of so many frames of history that is worth keeping: its distance from the mean of the rays around, beyond what is noise of those, is taken for
-   its bias, and the frames are as many as would have a variance of that bias squared and their own. */
+   its bias, and the frames are as many as would have a variance of that bias squared and their own. So is what a light that moves has changed
+   since the frame before: around narrow penumbrae there are too few rays to tell. */
 float trust_in(History h, Support s, float frames)
 {
     float off = luma_of(h.mean) - luma_of(s.mean), variance = luma_of(ray_variance(s.mean, h.mean));
-    float bias2 = max(off * off - (BIAS_NOISE.x + BIAS_NOISE.y / s.count) * variance / s.count, 0.0);
+    float bias2 = max(off * off - (BIAS_NOISE.x + BIAS_NOISE.y / s.count) * variance / s.count, 0.0) + light_shift() * light_shift();
     return 1.0 / (1.0 + frames * bias2 / variance);
 }
 

@@ -137,6 +137,9 @@ vec3 to_light(vec3 position_vs, vec3 normal_vs)
     return squared > 0.0 ? l * inversesqrt(squared) : normal_vs;
 }
 
+/* What part of its diameter it has moved by since the frame before. */
+float light_shift() { return g.jitter_delta.z; }
+
 LightFrame make_light_frame(vec3 position_vs, vec3 normal_vs)
 {
     LightFrame f;
