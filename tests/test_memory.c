@@ -157,10 +157,28 @@ static void sizes_are_told_before_creation_and_the_app_may_write_over_the_transi
     assert_int_equal(gpu_message_count(&device), 0);
 }
 
+/* In shares of what the best-known denoiser of shadows takes: 31.9 and 50.8 MB. */
+static void shadows_take_three_fifths_of_what_others_do(void **state)
+{
+    static const struct { nrd_denoiser denoiser; double others_mb; } rows[] = { { NRD_DENOISER_SIGMA_SHADOW, 31.9 }, { NRD_DENOISER_SIGMA_SHADOW_TRANSLUCENCY, 50.8 } };
+    (void)state;
+    for (int i = 0; i < 2; i++) {
+        spy s = { 0 };
+        nrd_denoiser_desc one = { 1, rows[i].denoiser };
+        nrd_desc desc = spied_desc(&s, &one, 1, 1920, 1080, 0);
+        nrd *instance;
+        assert_int_equal(nrd_create(&desc, &instance), NRD_RESULT_OK);
+        double mb = (double)(nrd_get_info(instance)->permanent_bytes + nrd_get_info(instance)->transient_bytes) * 1e-6;
+        if (!(mb <= 0.6 * rows[i].others_mb)) fail_msg("%s: %g MB", nrd_denoiser_name(rows[i].denoiser), mb);
+        nrd_destroy(instance);
+    }
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(transient_memory_of_every_pair_is_within_5_percent_of_the_lower_bound),
+        cmocka_unit_test(shadows_take_three_fifths_of_what_others_do),
         cmocka_unit_test(sizes_are_told_before_creation_and_the_app_may_write_over_the_transient_block_between_frames),
     };
     return cmocka_run_group_tests(tests, open_validated_device, close_device);
