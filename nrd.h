@@ -417,7 +417,7 @@ NRD_DECL bool nrd_format_is_uint(nrd_format format);
     NRDI_CHECKERBOARD_SETTINGS(X) \
     X(float, responsive_roughness, 0.0f, 0.0f, 1.0f, "", "specular history is shorter on surfaces smoother than this, the shorter the smoother: reacts faster, is noisier; 0 off") \
     X(float, responsive_min_frames, 4.0f, 0.0f, 63.0f, "frames", "what it is shortened to at least, at roughness 0") \
-    X(uint, performance_mode, 0, 0, 1, "", "1: the last two filter steps take 4 neighbours instead of 8: about a tenth less time, a little noisier") \
+    X(uint, performance_mode, 0, 0, 2, "", "1: the last two filter steps take 4 neighbours instead of 8: 6 % less time, a little noisier; 2: two filter steps instead of four: 25 to 30 % less time, noisier") \
     X(float, anti_firefly_scale, 0.0f, 0.0f, 1000.0f, "times the second brightest of 3x3 pixels", "accumulated luma above this is cut to it (below 1 counts as 1): less leaves fewer bright dots and takes more light away; 0 off; needs max_blur_radius")
 
 #define NRD_OCCLUSION_SETTINGS(X) \
@@ -433,7 +433,7 @@ NRD_DECL bool nrd_format_is_uint(nrd_format format);
     X(uint, min_material, 4, 0, 4, "", "material ids above it are kept apart from each other and the rest; 4 mixes all") \
     X(uint, return_history_length_instead_of_occlusion, 0, 0, 1, "", "1: the outputs are history lengths in frames") \
     NRDI_CHECKERBOARD_SETTINGS(X) \
-    X(uint, performance_mode, 0, 0, 1, "", "1: one blur instead of two: about a third less time, noisier")
+    X(uint, performance_mode, 0, 0, 1, "", "1: one blur instead of two: a quarter less time, noisier")
 
 #define NRD_SIGMA_SETTINGS(X) \
     X(float, light_x, 0.0f, -1e9f, 1e9f, "", "directional light: world-space vector from the surface to it, of any length; local light: its world position; x = y = z = 0: unknown (as for many lights in one signal)") \
@@ -494,8 +494,9 @@ NRD_DECL void nrd_settings_defaults(nrd_denoiser denoiser, void *settings);     
 
 /* ---------------------------------------------------------------------------------------------------------------------------
    Presets  >>presets
-   Settings that lie on the measured front of error against time (`make report` measures it); performance_mode trades within each of them. Where nothing measured is better for more
-   time, GOOD and BEST are BALANCED. */
+   Settings that lie on the measured front of error against time (`make report` measures it; the figures stand at nrdi_presets below). FASTEST:
+   no spatial filter, for inputs of several paths. FAST: fewest filter steps. BALANCED: the defaults. Nothing measured is better for more time,
+   so GOOD and BEST are BALANCED; SIGMA and REFERENCE, where nothing is faster either, have one set of settings for all. */
 #define NRD_PRESETS(X) X(FASTEST, "fastest") X(FAST, "fast") X(BALANCED, "balanced") X(GOOD, "good") X(BEST, "best") /* BALANCED: the defaults */
 typedef enum nrd_preset {
 #define NRDI_X(name, text) NRD_PRESET_##name,
@@ -1347,17 +1348,22 @@ const char *nrd_preset_name(nrd_preset preset)
     return (uint32_t)preset < NRD_PRESET_COUNT ? names[preset] : NULL;
 }
 
-/* Where presets depart from the defaults; a row concerns every denoiser with this settings struct. REBLUR: without the post-blurs error
-   is 2.6 to 50 times as large; without the search for changes of lighting it is 0 to 7 % larger, and stays for longer after such a change.
-   Nothing that costs more time, or waits longer, than the defaults is better in all (scenes `moving`, `colonnade`, 160x90, nrd-report
-   --variant; relMSE of diffuse, of specular): pre-pass of 20 px +16 %, -2 % at twice the bias; radius of 25 px +15 %, +10 %; histories of 63
-   frames 0 %, 0 % (at rest +0.3 %, +0.6 %, flicker -5 %); history_fix_frames 8 +1 %, 0 %; luminance_sigma_scale 5 -3 %, +2 % (flicker at rest
-   +5 %, +1 %); stabilization_sigma_scale 3 +2 %, +4 %. So GOOD and BEST are BALANCED. */
+/* Where presets depart from the defaults; a row concerns every denoiser with this settings struct. Times and errors in those of BALANCED, on an
+   H200 at 1920x1080 and on the scenes `interior` and `moving` (nrd-report --variant), of radiance and of occlusion:
+   FASTEST  no spatial filter: 0.53 to 0.63, error 3.2 to 3.4 (independent captures: 2.3 to 160); 0.46 to 0.57, error 1.9 to 3.5
+   FAST     fewest filter steps: 0.70 to 0.75, error 1.1 to 1.2 (captures: 1.1 to 4.2, worst in rare light); 0.71 to 0.75, error 1.05 to 1.3
+   On the front of radiance too, but close to BALANCED: performance_mode 1, 0.94, error 1.05 to 1.09. Not on it: no search for changes of
+   lighting, 0.94, error 2.3 to 13.
+   Nothing that takes more time is better, so GOOD and BEST are BALANCED: pre-pass of 10 px 1.3, error 1.05 to 1.13; max_blur_radius 20 error
+   1.04 to 1.07; histories of 63 frames 1.00. In the same time less error means more flicker: no stabilization 0.94, flicker at rest 2.6 to
+   3.6; max_blur_radius 8 0.93 to 1.00, 1.2 to 1.4; luminance_sigma_scale 5 0.95 to 0.98, 1.02 to 1.07.
+   SIGMA takes the same time whatever its settings (0.98 to 1.00), so all its presets are its defaults; so are REFERENCE's. */
 typedef struct nrdi_preset_row { nrd_preset preset; const nrd_setting *list; const char *name; float value; } nrdi_preset_row;
 static const nrdi_preset_row nrdi_presets[] = {
     { NRD_PRESET_FASTEST, nrdi_reblur_list, "max_blur_radius", 0.0f },
-    { NRD_PRESET_FASTEST, nrdi_reblur_list, "antilag_sensitivity", 0.0f },
-    { NRD_PRESET_FAST, nrdi_reblur_list, "antilag_sensitivity", 0.0f },
+    { NRD_PRESET_FAST, nrdi_reblur_list, "performance_mode", 2.0f },
+    { NRD_PRESET_FASTEST, nrdi_occlusion_list, "max_blur_radius", 0.0f },
+    { NRD_PRESET_FAST, nrdi_occlusion_list, "performance_mode", 1.0f },
 };
 
 void nrd_settings_preset(nrd_denoiser denoiser, nrd_preset preset, void *settings)
@@ -1645,7 +1651,7 @@ static const nrdi_reason nrdi_reasons[] = {
     { NRDI_IF_THRESHOLD_MIX, NRDI_LACKS(DISOCCLUSION_THRESHOLD_MIX), "nrd_frame.disocclusion_threshold_mix_available is 0" },
     { NRDI_IF_RECONSTRUCTION, NRDI_LACKS(HIT_DISTANCE_RECONSTRUCTION), "hit_distance_reconstruction is 0" },
     { NRDI_IF_SPECULAR_MOTION, NRDI_LACKS(SPECULAR_MOTION), "nrd_frame.specular_motion is 0" },
-    { NRDI_IF_BLUR, NRDI_RULED_OUT(BLUR), "max_blur_radius is 0 (occlusion: or performance_mode is 1)" },
+    { NRDI_IF_BLUR, NRDI_RULED_OUT(BLUR), "max_blur_radius is 0 (or performance_mode is 2; occlusion: 1)" },
     { NRDI_IF_ANTILAG, NRDI_RULED_OUT(LIGHTING_CHANGE), "antilag_sensitivity is 0" },
     { NRDI_IF_SKY, NRDI_RULED_OUT(SKY), NULL },
     { NRDI_IF_MOTION, NRDI_RULED_OUT(MOTION), NULL },
@@ -2485,6 +2491,12 @@ static void nrdi_fill_constants(const nrd *n, nrdi_state *s)
 
 /* ---------------------------------------------------------------------------------------------------------------------------
    Dispatches  >>run */
+/* Performance modes without all filter steps: REBLUR's of two instead of four, occlusion's of one instead of two. */
+static bool nrdi_leaves_steps_out(const nrdi_state *s)
+{
+    return s->row->family == NRDI_FAMILY_REBLUR ? s->settings.reblur.performance_mode == 2 : s->row->family == NRDI_FAMILY_OCCLUSION && s->settings.occlusion.performance_mode;
+}
+
 static uint32_t nrdi_conditions(const nrd *n, const nrdi_state *s)
 {
     const nrd_constants *c = &s->constants;
@@ -2494,8 +2506,7 @@ static uint32_t nrdi_conditions(const nrd *n, const nrdi_state *s)
     if (c->flags & NRD_FLAG_SPECULAR_PREPASS) on |= NRDI_IF_SPEC_PREPASS;
     if (c->flags & NRD_FLAG_RECONSTRUCTION) on |= NRDI_IF_RECONSTRUCTION;
     if (c->flags & NRD_FLAG_SPECULAR_MOTION) on |= NRDI_IF_SPECULAR_MOTION;
-    bool single_blur = s->row->family == NRDI_FAMILY_OCCLUSION && (c->flags & NRD_FLAG_PERFORMANCE);
-    if (c->max_blur_radius > 0 && !single_blur) on |= NRDI_IF_BLUR;
+    if (c->max_blur_radius > 0 && !nrdi_leaves_steps_out(s)) on |= NRDI_IF_BLUR;
     if (c->flags & NRD_FLAG_ANTILAG) on |= NRDI_IF_ANTILAG;
     if (c->flags & NRD_FLAG_HISTORY_CONFIDENCE) on |= NRDI_IF_CONFIDENCE;
     if (c->flags & NRD_FLAG_DISOCCLUSION_MIX) on |= NRDI_IF_THRESHOLD_MIX;
@@ -2537,10 +2548,13 @@ static nrd_binding nrdi_resolve(const nrd *n, const nrdi_state *s, const nrdi_us
     return b;
 }
 
-static int32_t nrdi_step(float radius, uint32_t iteration)
+/* Distance of a filter step's taps. Steps 1, 2, 4, 8 reach 15 px. Of two in all the second is 3: the 3x3 pixels of the first then lie side by
+   side, while 4 leaves a plaid and 2 more noise. */
+static int32_t nrdi_step(const nrdi_state *s, const nrdi_pass_row *row)
 {
+    float radius = s->constants.max_blur_radius;
     if (!(radius > 0)) return 0;
-    int32_t step = (int32_t)(radius * (float)(1 << iteration) / 15.0f + 0.5f);   /* steps 1, 2, 4, 8 reach 15 px */
+    int32_t of_15 = row->iteration == 3 && nrdi_leaves_steps_out(s) ? 3 : 1 << row->iteration, step = (int32_t)(radius * (float)of_15 / 15.0f + 0.5f);
     return step < 1 ? 1 : step;
 }
 
@@ -2568,7 +2582,7 @@ static void nrdi_add_dispatch(nrd *n, nrdi_state *s, uint32_t pass, uint32_t con
     for (uint32_t u = 0; u < d->binding_count; u++)
         if (bindings[u].access == NRD_ACCESS_WRITE && bindings[u].resource == NRD_RESOURCE_INTERNAL) s->written |= nrdi_written_bit(s, nrdi_bound(&live->row->uses[u], conditions));
     d->constants = &s->constants;
-    d->push[0] = nrdi_step(s->constants.max_blur_radius, live->row->iteration);
+    d->push[0] = nrdi_step(s, live->row);
     d->push[1] = live->row->iteration;
     d->groups_x = (n->frame.rect_width + px - 1) / px;
     d->groups_y = (n->frame.rect_height + px - 1) / px;

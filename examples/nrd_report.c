@@ -28,7 +28,7 @@ static const char usage[] =
     "  --scenes LIST      default: all but the one that needs a mesh; on those made for shadows shadows alone\n"
     "  --denoisers LIST   default: all\n"
     "  --presets LIST     default: all\n"
-    "  --variant NAME:KEY=VALUE,...  settings to measure beside the presets; up to 8\n"
+    "  --variant NAME:KEY=VALUE,...  settings to measure beside the presets; up to 24\n"
     "  --paths LIST       per pixel and lobe, 0.05 to 1 or a whole number up to 8; 0.5c and less: as a checkerboard;\n"
     "                     default 0.25,0.25c,0.5,0.5c,1,2,4\n"
     "  --sizes LIST       WxH of the pictures, default 160x90 on a CPU, 640x360 on a GPU\n"

@@ -64,6 +64,44 @@ static void every_preset_is_accepted_and_costs_no_fewer_passes_than_the_one_befo
     }
 }
 
+static bool filters_in_steps(int denoiser)
+{
+    nrd_setting row;
+    for (uint32_t i = 0; nrd_get_setting((nrd_denoiser)denoiser, i, &row); i++)
+        if (!strcmp(row.name, "performance_mode"))
+            return true;
+    return false;
+}
+
+/* FAST leaves filter steps out where there are any, which is where performance_mode is a setting. */
+static void faster_presets_run_fewer_passes(void **state)
+{
+    (void)state;
+    for EACH_DENOISER(d) {
+        void *fast = settings_of(d, NRD_PRESET_FAST), *balanced = settings_of(d, NRD_PRESET_BALANCED);
+        assert_int_equal(dispatches_with(d, fast) < dispatches_with(d, balanced), filters_in_steps(d));
+        free(fast);
+        free(balanced);
+    }
+}
+
+/* REBLUR's second step of two reaches 3 of 15 px, so that the 3x3 pixels of the first lie side by side. */
+static void two_steps_leave_no_gap(void **state)
+{
+    nrdi_state s;
+    const nrdi_pass_row first = { .iteration = 0 }, last = { .iteration = 3 };
+    (void)state;
+    memset(&s, 0, sizeof s);
+    s.row = nrdi_row_of(NRD_DENOISER_REBLUR_DIFFUSE);
+    s.settings.reblur = nrd_reblur_preset(NRD_PRESET_FAST);
+    s.constants.max_blur_radius = s.settings.reblur.max_blur_radius;
+    assert_true(nrdi_step(&s, &first) == 1 && nrdi_step(&s, &last) == 3);
+    s.settings.reblur = nrd_reblur_preset(NRD_PRESET_BALANCED);
+    assert_true(nrdi_step(&s, &first) == 1 && nrdi_step(&s, &last) == 8);
+    s.constants.max_blur_radius = 0;
+    assert_int_equal(nrdi_step(&s, &first), 0);
+}
+
 static void balanced_is_the_default(void **state)
 {
     (void)state;
@@ -152,6 +190,8 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(every_preset_is_accepted_and_costs_no_fewer_passes_than_the_one_before),
+        cmocka_unit_test(faster_presets_run_fewer_passes),
+        cmocka_unit_test(two_steps_leave_no_gap),
         cmocka_unit_test(balanced_is_the_default),
         cmocka_unit_test(presets_have_names),
         cmocka_unit_test(rows_of_presets_name_settings_that_exist),
