@@ -11,6 +11,7 @@
 #include "report/output.h"
 #include "report/report.h"
 #include "report/statistics.h"
+#include "report/tiles.h"
 
 #include <errno.h>
 #include <math.h>
@@ -22,7 +23,7 @@
 
 static const char usage[] =
     "usage: nrd-report OUT/ [options]\n"
-    "Writes report.html, report.csv and report.json to OUT/, a table to stdout. Groups that are measured already are kept:\n"
+    "Writes report.html, report.csv, tiles.csv and report.json to OUT/, a table to stdout. Groups that are measured already are kept:\n"
     "an interrupted run goes on where it stopped.\n"
     "  --quick            three scenes, one path per pixel, few frames, small pictures: minutes\n"
     "  --scenes LIST      default: all but the one that needs a mesh; on those made for shadows shadows alone\n"
@@ -298,11 +299,22 @@ static bool measure_all(report *r)
     return true;
 }
 
+static bool measure_tiles(report *r)
+{
+    double start = seconds_now();
+    if (tiles_load(r))
+        return true;
+    if (!tiles_measure(r))
+        return false;
+    fprintf(stderr, "time against active tiles: %d times, %.1f s\n", r->tile_count, seconds_now() - start);
+    return true;
+}
+
 static bool run(report *r)
 {
     if (mkdir(r->options.folder, 0777) != 0 && errno != EEXIST)
         return report_fail(r, "%s: %s", r->options.folder, strerror(errno));
-    if (!fingerprint_program(r) || !measure_all(r) || !print_csv(r) || !print_json(r) || !print_page(r))
+    if (!fingerprint_program(r) || !measure_all(r) || !measure_tiles(r) || !print_csv(r) || !tiles_csv(r) || !print_json(r) || !print_page(r))
         return false;
     print_table(r);
     printf("\n%s/report.html\n", r->options.folder);

@@ -182,6 +182,29 @@ static void numbers_are_plausible(void **state)
     assert_true(cell("reference,balanced", "motion_flip") >= 0);
 }
 
+/* Rows of 54 pixels' 7 rows of tiles that are not all under the sky; a denoiser that leaves them out, and one that does not. */
+static void time_is_measured_against_the_share_of_active_tiles(void **state)
+{
+    static const double active[] = { 1, 6 / 7.0, 4 / 7.0, 2 / 7.0, 0 };
+    double ms[2][5];
+    (void)state;
+    const char *at = strchr(load("out/tiles.csv"), '\n');
+    assert_int_equal(count(text, "\n"), 1 + 2 * 5);
+    for (int i = 0; i < 10; i++) {
+        char denoiser[64];
+        double sky, share, low, high, *m = &ms[i % 2][i / 2];
+        at = strstr(at, "\",") + 2;
+        assert_int_equal(sscanf(at, "%63[^,],96,54,%lf,%lf,%lf,%lf,%lf", denoiser, &sky, &share, m, &low, &high), 6);
+        assert_string_equal(denoiser, i % 2 ? "reference" : "reblur_diffuse");
+        assert_true(sky == i / 2 / 4.0 && low <= *m && *m <= high);
+        near(share, active[i / 2], 1e-5);
+    }
+    assert_true(ms[0][4] < 0.3 * ms[0][0]);
+    assert_true(ms[1][4] > 0.3 * ms[1][0]);
+    assert_int_equal(count(load("out/report.json"), "\"active\":"), 10);
+    assert_non_null(strstr(load("output"), "time against the share of active tiles"));
+}
+
 static void a_second_run_measures_nothing_again(void **state)
 {
     static char before[sizeof text];
@@ -189,6 +212,7 @@ static void a_second_run_measures_nothing_again(void **state)
     strcpy(before, load("out/report.csv"));
     assert_int_equal(run_tiny(""), 0);
     assert_int_equal(count(load("errors"), "rows in"), 0);
+    assert_null(strstr(text, "active tiles"));
     assert_string_equal(load("out/report.csv"), before); /* times included: nothing has been measured */
 }
 
@@ -391,6 +415,9 @@ static void the_page_works_in_a_browser(void **state)
     expect(&b, "String([...document.images].filter(i => i.naturalWidth == 96).length)", "8");
     expect(&b, "String(document.querySelectorAll('#tunings tbody tr').length)", "2");
     expect(&b, "String(document.querySelectorAll('#memory tbody tr').length)", "3");
+    expect(&b, "String(document.querySelectorAll('#tiles polyline').length)", "2");
+    expect(&b, "String(document.querySelectorAll('#tiles circle').length)", "10");
+    expect(&b, "String(document.querySelectorAll('#tile_times tbody td').length)", "12");
     browser_evaluate(&b, "(() => { const m = document.querySelector('circle.mark').getBoundingClientRect();"
                          " return (m.left + m.width / 2) + ' ' + (m.top + m.height / 2); })()", place, sizeof place);
     assert_int_equal(sscanf(place, "%lf %lf", &x, &y), 2);
@@ -550,6 +577,7 @@ int main(void)
         cmocka_unit_test(copies_move_all_bytes_in_every_way),
         cmocka_unit_test(every_method_and_baseline_is_a_row),
         cmocka_unit_test(numbers_are_plausible),
+        cmocka_unit_test(time_is_measured_against_the_share_of_active_tiles),
         cmocka_unit_test(a_second_run_measures_nothing_again),
         cmocka_unit_test(what_was_tuned_is_shown),
         cmocka_unit_test(half_written_and_other_groups_are_measured_again),

@@ -129,13 +129,6 @@ bool method_fits(const method *m, const capture *first, char *reason, size_t rea
 
 /* ---- times ---- */
 
-static double quartiles(double *times, int count, double *low, double *high)
-{
-    *low = quantile(times, count, 0.25);
-    *high = quantile(times, count, 0.75);
-    return quantile(times, count, 0.5);
-}
-
 typedef struct timings {
     double totals[REPORT_MAX_FRAMES], passes[REPORT_MAX_PASSES][REPORT_MAX_FRAMES], copies[REPORT_MAX_FRAMES];
     int count;

@@ -2,7 +2,6 @@
 # needs.sh: what five typical engines pay, each with the denoisers that it needs and nothing else; from the repository root.
 #   needs.sh plan              rows without times: touches no device
 #   needs.sh run [SIZE] [N]    rows with times on the first device, at SIZE (1920x1080), medians of N (60) frames
-#   needs.sh sky [SIZE] [N]    time of a frame against the share of tiles that are not sky, in percent of a frame without sky
 #   needs.sh publish ROWS      writes the rows of a file into README.md, between the marks
 # A row: need|denoisers|size|absent|features|passes|modules|kB of SPIR-V|MB|creation ms|us|device, time size
 set -eu
@@ -36,15 +35,6 @@ rows() { # plan or run, time size, frames
     done
 }
 
-sky() { # size, frames
-    echo "active tiles, %: 100 75 50 25 0"
-    for denoiser in reblur_diffuse reblur_specular reblur_diffuse_specular reblur_diffuse_occlusion sigma_shadow; do
-        for share in 0 0.25 0.5 0.75 1; do
-            "$bench" --denoiser "$denoiser" --size "$1" --frames "$2" --sky "$share" | sed -n 's/ us  total.*//p'
-        done | awk -v name="$denoiser" 'NR == 1 { full = $1; printf "%s, %.1f us:", name, full } { printf " %.1f", 100 * $1 / full } END { print "" }'
-    done
-}
-
 publish() {
     work=$(mktemp -d)
     trap 'rm -rf "$work"' EXIT
@@ -63,7 +53,6 @@ publish() {
 case ${1:-} in
     plan) rows plan ;;
     run) rows run "${2:-1920x1080}" "${3:-60}" ;;
-    sky) sky "${2:-1920x1080}" "${3:-60}" ;;
     publish) publish "${2:?needs.sh publish ROWS}" ;;
-    *) sed -n '2,7s/^# \{0,1\}//p' "$0" >&2; exit 2 ;;
+    *) sed -n '2,6s/^# \{0,1\}//p' "$0" >&2; exit 2 ;;
 esac

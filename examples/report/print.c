@@ -1,5 +1,6 @@
 #include "report/front.h"
 #include "report/output.h"
+#include "report/tiles.h"
 #include "report/tuning.h"
 
 #include <math.h>
@@ -54,6 +55,7 @@ void print_table(const report *r)
         printf("\n");
     }
     front_print(r);
+    tiles_print(r);
     tuning_print(r);
 }
 
@@ -181,7 +183,9 @@ void output_json(const report *r, FILE *file)
         fprintf(file, i ? ",\n" : "\n");
         put_row(file, &r->rows.rows[i]);
     }
-    fprintf(file, "],\"tunings\":");
+    fprintf(file, "],\"tiles\":");
+    tiles_json(r, file);
+    fprintf(file, ",\"tunings\":");
     tuning_json(r, file);
     fprintf(file, "}\n");
 }

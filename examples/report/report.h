@@ -1,7 +1,7 @@
 /* report.h: what nrd-report measures: rows of numbers, one per scene, size, paths per pixel, method and signal.
 
    The files beside this one: sequence.c renders, method.c denoises and times, baseline.c is what denoisers compete with,
-   score.c compares, rows.c keeps what is done, print.c and page.c show it (output.h),
+   score.c compares, tiles.c times what is left out, rows.c keeps what is done, print.c and page.c show it (output.h),
    tuning.c what nrd-tune has found. None of them knows a denoiser by name. */
 #ifndef EXAMPLES_REPORT_REPORT_H
 #define EXAMPLES_REPORT_REPORT_H
@@ -13,7 +13,7 @@
 
 enum {
     REPORT_MAX_SCENES = 16, REPORT_MAX_SIZES = 8, REPORT_MAX_PATHS = 8, REPORT_MAX_VARIANTS = 24, REPORT_MAX_SETTINGS = 16,
-    REPORT_MAX_PASSES = 24, REPORT_MAX_FRAMES = 256, REPORT_NAME = 64, REPORT_ERROR = 512
+    REPORT_MAX_PASSES = 24, REPORT_MAX_FRAMES = 256, REPORT_SKY_SHARES = 5, REPORT_NAME = 64, REPORT_ERROR = 512
 };
 
 /* ---- what is asked for ---- */
@@ -124,9 +124,19 @@ typedef struct report_rows {
     int count, capacity;
 } report_rows;
 
+/* Time of a frame of a synthetic scene, a share of which is sky: median and quartiles. */
+typedef struct report_tiles {
+    char denoiser[REPORT_NAME];
+    int width, height;
+    double sky, active; /* shares: of the picture; of the tiles of 8x8 pixels, those that are not all sky */
+    double ms, low, high;
+} report_tiles;
+
 typedef struct report {
     report_options options;
     report_rows rows;
+    report_tiles tiles[REPORT_SKY_SHARES * NRD_DENOISER_COUNT]; /* of each share all denoisers, from no sky to nothing else */
+    int tile_count;
     gpu gpu; /* the device of all that is measured */
     char device[256];
     char error[REPORT_ERROR];

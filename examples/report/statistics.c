@@ -19,6 +19,13 @@ double quantile(double *values, int count, double share)
     return values[low] + (at - low) * (values[high] - values[low]);
 }
 
+double quartiles(double *values, int count, double *low, double *high)
+{
+    *low = quantile(values, count, 0.25);
+    *high = quantile(values, count, 0.75);
+    return quantile(values, count, 0.5);
+}
+
 uint64_t fingerprint(uint64_t hash, const void *bytes, size_t size)
 {
     const unsigned char *b = bytes;
