@@ -1,8 +1,8 @@
 #!/bin/sh
 # publish.sh: what README.md and nrd.h say of error against run time; from the repository root.
 #   publish.sh run FOLDER [OPTIONS]  measures what is published with the nrd-report of NRD_BUILD (build) on its first device
-#   publish.sh take FOLDER...        takes finished reports, one per device, into examples/report/published.txt, in place of what is
-#                                    there of these devices, and writes from it: nrd.h (what nrd_suggest knows), README.md (table)
+#   publish.sh take FOLDER...        takes finished reports, one per device, into examples/report/published*.txt, in place of what is
+#                                    there of these devices, and writes from it: nrd.h (what nrd_suggest knows), README.md (tables)
 #                                    and examples/report.svg (chart). Everything between the marks is replaced.
 set -eu
 usage() { sed -n '2,6s/^# \{0,1\}//p' "$0" >&2; exit 2; }
@@ -15,9 +15,12 @@ case $verb in
     *) usage ;;
 esac
 for folder in "$@"; do
-    [ -f "$folder/report.csv" ] || { echo "publish: $folder/report.csv is not there" >&2; exit 1; }
+    for file in report.csv tiles.csv; do
+        [ -f "$folder/$file" ] || { echo "publish: $folder/$file is not there" >&2; exit 1; }
+    done
 done
 known=examples/report/published.txt
+known_tiles=examples/report/published_tiles.txt
 work=$(mktemp -d)
 trap 'rm -rf "$work"' EXIT
 
@@ -52,9 +55,20 @@ for folder in "$@"; do
               for (i = 1; i <= m; i++) line = line "|" mean(key, i)
               print line "|" mean(key, "noisy") "|" mean(key, "filtered") "|" mean(key, "traced") } }' "$folder/report.csv" >> "$work/new"
 done
-[ -f "$known" ] || : > "$known"
-awk -F'|' 'FNR == NR { now[$1] = now[$1] $0 "\n"; next } !($1 in now) { print; next } { printf "%s", now[$1]; now[$1] = "" }
-           END { for (device in now) printf "%s", now[device] }' "$work/new" "$known" > "$work/rows"
+# One line per device, denoiser and share of active tiles: device|size|denoiser|active|ms
+for folder in "$@"; do
+    awk 'NR > 1 { match($0, /^"[^"]*"/); device = substr($0, 2, RLENGTH - 2); split(substr($0, RLENGTH + 2), v, ",")
+                  print device "|" v[2] "x" v[3] "|" v[1] "|" v[5] "|" v[6] }' "$folder/tiles.csv" >> "$work/new_tiles"
+done
+
+# File $1 with the lines of the devices of file $2 in place of its own.
+merge() {
+    [ -f "$1" ] || : > "$1"
+    awk -F'|' 'FNR == NR { now[$1] = now[$1] $0 "\n"; next } !($1 in now) { print; next } { printf "%s", now[$1]; now[$1] = "" }
+               END { for (device in now) printf "%s", now[device] }' "$2" "$1"
+}
+merge "$known" "$work/new" > "$work/rows"
+merge "$known_tiles" "$work/new_tiles" > "$work/tiles"
 if ! cut -d'|' -f2 "$work/rows" | grep -q .; then
     echo "publish: the device is of no class that nrd.h knows: $(cut -d'|' -f1 "$work/rows" | sort -u)" >&2
     exit 1
@@ -79,6 +93,17 @@ $1 != device { device = $1; printf "%s%s, times at %s\n\n", (NR > 1 ? "\n" : "")
     print "| | ms | ns/px | relMSE in motion | noisy input | filter instead | paths instead | at rest | flicker at rest | FLIP |\n|---|---|---|---|---|---|---|---|---|---|" }
 { printf "| %s %s | %s | %s | %s | %s | %s | %s | %s | %s | %s |\n", $4, $5, $7, $6, $8, $12, $13, $14, $9, $10, $11 }' "$work/rows" > "$work/table"
 replace README.md "<!-- report" "$work/table"
+
+# Times against active tiles, of GPUs.
+awk -F'|' '
+function show(i) { if (denoisers) print head " |\n" rule "|"; for (i = 1; i <= denoisers; i++) print "| " name[i] line[name[i]] " |"; split("", line); denoisers = 0 }
+$1 ~ /llvmpipe/ { next }
+$1 != device { show(); device = $1; head = "| ms on " $1 ", " $2 "; tiles that are not all sky"; rule = "|---"; split("", seen) }
+{ if (!($4 in seen)) { seen[$4]; head = head sprintf(" | %.4g %%", 100 * $4); rule = rule "|---" }
+  if (!($3 in line)) name[++denoisers] = $3
+  line[$3] = line[$3] sprintf(" | %.3f", $5) }
+END { show() }' "$work/tiles" > "$work/tile_table"
+replace README.md "<!-- tiles" "$work/tile_table"
 
 # The chart: error against nanoseconds per pixel, both logarithmic, one panel per device; a line through the presets of a denoiser.
 awk -F'|' '
@@ -113,4 +138,5 @@ END {
     print "<text x=\"70\" y=\"14\">trimmed relMSE in motion, one path per pixel; named: balanced, on its line: faster presets; hollow: a plain filter of the same time</text></svg>"
 }' "$work/rows" > examples/report.svg
 cat "$work/rows" > "$known"
+cat "$work/tiles" > "$known_tiles"
 echo "publish: $(wc -l < "$work/costs") presets in nrd.h, $(wc -l < "$work/rows") rows in README.md, examples/report.svg"
