@@ -507,6 +507,7 @@ typedef enum nrd_preset {
 NRD_DECL const char *nrd_preset_name(nrd_preset preset);                                         /* "fastest"; NULL when out of range */
 NRD_DECL void nrd_settings_preset(nrd_denoiser denoiser, nrd_preset preset, void *settings);     /* fills the denoiser's settings struct */
 NRD_DECL nrd_reblur_settings nrd_reblur_preset(nrd_preset preset);
+NRD_DECL nrd_occlusion_settings nrd_occlusion_preset(nrd_preset preset);
 
 /* Classes of devices: X(name, what was measured) */
 #define NRD_DEVICES(X) X(DATACENTER, "NVIDIA H100 or H200") X(CPU, "lavapipe, two cores")
@@ -1379,6 +1380,7 @@ void nrd_settings_preset(nrd_denoiser denoiser, nrd_preset preset, void *setting
         }
 }
 
+nrd_occlusion_settings nrd_occlusion_preset(nrd_preset preset) { nrd_occlusion_settings s; nrd_settings_preset(NRD_DENOISER_REBLUR_DIFFUSE_OCCLUSION, preset, &s); return s; }
 nrd_reblur_settings nrd_reblur_preset(nrd_preset preset) { nrd_reblur_settings s; nrd_settings_preset(NRD_DENOISER_REBLUR_DIFFUSE, preset, &s); return s; }
 
 /* What examples/report/publish.sh has taken from reports: denoiser, preset, device, nanoseconds per pixel, error. */

@@ -27,8 +27,8 @@ static const char usage[] =
     "an interrupted run goes on where it stopped.\n"
     "  --quick            three scenes, one path per pixel, few frames, small pictures: minutes\n"
     "  --scenes LIST      default: all but the one that needs a mesh; on those made for shadows shadows alone\n"
-    "  --denoisers LIST   default: all\n"
-    "  --presets LIST     default: all\n"
+    "  --denoisers LIST   default: all; reference, a baseline, is always one of them\n"
+    "  --presets LIST     default: all; balanced, to which baselines are compared, is always one of them\n"
     "  --variant NAME:KEY=VALUE,...  settings to measure beside the presets; up to 24\n"
     "  --paths LIST       per pixel and lobe, 0.05 to 1 or a whole number up to 8; 0.5c and less: as a checkerboard;\n"
     "                     default 0.25,0.25c,0.5,0.5c,1,2,4\n"
@@ -69,14 +69,30 @@ static bool take_scene(report *r, const char *word)
     return true;
 }
 
+static bool has_denoiser(const report_options *o, nrd_denoiser denoiser)
+{
+    bool has = false;
+    for (uint32_t i = 0; i < o->denoiser_count; i++)
+        has |= o->denoisers[i] == denoiser;
+    return has;
+}
+
+static bool has_preset(const report_options *o, nrd_preset preset)
+{
+    bool has = false;
+    for (uint32_t i = 0; i < o->preset_count; i++)
+        has |= o->presets[i] == preset;
+    return has;
+}
+
 static bool take_denoiser(report *r, const char *word)
 {
     report_options *o = &r->options;
     nrd_denoiser found;
     if (nrd_find_denoiser(word, &found))
         return report_fail(r, "--denoisers: '%s' is no denoiser", word);
-    if (o->denoiser_count == NRD_DENOISER_COUNT)
-        return report_fail(r, "--denoisers: one is named twice");
+    if (has_denoiser(o, found))
+        return report_fail(r, "--denoisers: '%s' is named twice", word);
     o->denoisers[o->denoiser_count++] = found;
     return true;
 }
@@ -85,11 +101,11 @@ static bool take_preset(report *r, const char *word)
 {
     report_options *o = &r->options;
     for (int i = 0; i < NRD_PRESET_COUNT; i++)
-        if (!strcmp(word, nrd_preset_name((nrd_preset)i)) && o->preset_count < NRD_PRESET_COUNT) {
+        if (!strcmp(word, nrd_preset_name((nrd_preset)i)) && !has_preset(o, (nrd_preset)i)) {
             o->presets[o->preset_count++] = (nrd_preset)i;
             return true;
         }
-    return report_fail(r, "--presets: '%s' is no preset, or one too many", word);
+    return report_fail(r, "--presets: '%s' is no preset, or named twice", word);
 }
 
 static bool take_paths(report *r, const char *word)
@@ -180,6 +196,14 @@ static bool take_option(report *r, const char *name, char *value)
     return report_fail(r, "%s: unknown option", name);
 }
 
+static void add_baselines(report_options *o)
+{
+    if (!has_denoiser(o, NRD_DENOISER_REFERENCE))
+        o->denoisers[o->denoiser_count++] = NRD_DENOISER_REFERENCE;
+    if (!has_preset(o, NRD_PRESET_BALANCED))
+        o->presets[o->preset_count++] = NRD_PRESET_BALANCED;
+}
+
 /* What was not said. */
 static bool set_defaults(report *r, bool quick)
 {
@@ -197,6 +221,7 @@ static bool set_defaults(report *r, bool quick)
     for (int i = 0; ok && !o->preset_count && i < NRD_PRESET_COUNT; i++)
         o->presets[i] = (nrd_preset)i;
     o->preset_count = o->preset_count ? o->preset_count : NRD_PRESET_COUNT;
+    add_baselines(o);
     if (ok && !o->path_count)
         ok = each_word(r, quick ? "1" : "0.25,0.25c,0.5,0.5c,1,2,4", take_paths);
     if (ok && !o->size_count)

@@ -116,6 +116,8 @@ static void balanced_is_the_default(void **state)
     nrd_reblur_settings named = nrd_reblur_preset(NRD_PRESET_FASTEST), general;
     nrd_settings_preset(NRD_DENOISER_REBLUR_DIFFUSE, NRD_PRESET_FASTEST, &general);
     assert_memory_equal(&named, &general, sizeof named);
+    nrd_occlusion_settings occlusion = nrd_occlusion_preset(NRD_PRESET_FAST);
+    assert_true(occlusion.performance_mode == 1 && occlusion.max_blur_radius == nrd_occlusion_defaults().max_blur_radius);
     nrd_settings_preset(NRD_DENOISER_REBLUR_DIFFUSE, NRD_PRESET_FASTEST, NULL);
 }
 

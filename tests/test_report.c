@@ -267,8 +267,9 @@ static void occlusion_and_coloured_shadows_are_scored(void **state)
     check_signal("interior", "0.5,0", "reblur_diffuse_occlusion", "ao");
     check_signal("interior", "0.5,0", "reblur_specular_occlusion", "specular_ao");
     check_signal("glass", "0.5,0", "sigma_shadow_translucency", "translucency");
-    assert_int_equal(count(load("out/report.csv"), "\",glass,"), 4);
-    assert_int_equal(count(text, ",64,36,2,0,"), 0); /* several paths have no mean occlusion in a capture */
+    assert_int_equal(count(load("out/report.csv"), "\",glass,"), 5);
+    assert_int_equal(count(text, "denoiser,reference,"), 2); /* a baseline, though it was not named */
+    assert_int_equal(count(text, ",2,0,denoiser,reblur"), 0); /* several paths have no mean occlusion in a capture */
     assert_int_equal(run_tiny(""), 0);
 }
 
@@ -297,6 +298,8 @@ static void misuse_is_named(void **state)
         { "x --paths 1c", "--paths: '1c' is not in [0.05, 1] (with c: [0.05, 0.5])" },
         { "x --sizes 8x8", "--sizes: '8x8' is not WxH" },
         { "x --frames 1,1,1", "--frames: '1,1,1' is not M,R,L" },
+        { "x --denoisers sigma_shadow,sigma_shadow", "--denoisers: 'sigma_shadow' is named twice" },
+        { "x --presets fast,fast", "--presets: 'fast' is no preset, or named twice" },
         { "x --denoisers none", "--denoisers: 'none' is no denoiser" },
         { "x --pairs 9 --frames 4,2,2", "--pairs: 9 pairs do not fit into 4 frames" },
         { "x --frames", "--frames: value missing" },
@@ -371,6 +374,23 @@ static void expect(browser *b, const char *expression, const char *expected)
     browser_evaluate(b, expression, value, sizeof value);
     if (strcmp(value, expected))
         fail_msg("%s: '%s', expected '%s'", expression, value, expected);
+}
+
+/* In a copy of the files that it writes. */
+static void what_is_measured_is_published(void **state)
+{
+    char command[1024], row[128];
+    (void)state;
+    snprintf(command, sizeof command, "mkdir -p %s/repository/examples && cp README.md nrd.h %s/repository && cp -R examples/report %s/repository/examples && cd %s/repository && "
+             "sh examples/report/publish.sh take ../out > ../output 2> ../errors", folder, folder, folder, folder);
+    assert_int_equal(system(command), 0);
+    snprintf(row, sizeof row, "| reblur_diffuse balanced | %.4g |", cell("reblur_diffuse,balanced", "ms,"));
+    assert_int_equal(count(load("repository/README.md"), row), 1);
+    assert_int_equal(count(text, "\nNVIDIA H200, times at"), 1); /* other devices' rows stay */
+    assert_int_equal(count(load("repository/nrd.h"), ", CPU,"), 3);
+    assert_int_equal(count(text, "NRDI_COST(REBLUR_DIFFUSE, FASTEST, CPU,"), 1);
+    assert_int_equal(count(load("repository/examples/report/published_tiles.txt"), "|96x54|"), 10);
+    assert_true(count(load("repository/examples/report.svg"), "<circle") > 6);
 }
 
 /* A tuning whose values are kept in the report's folder is shown, before and after. */
@@ -584,6 +604,7 @@ int main(void)
         cmocka_unit_test(occlusion_and_coloured_shadows_are_scored),
         cmocka_unit_test(checkerboards_are_denoised_as_such),
         cmocka_unit_test(misuse_is_named),
+        cmocka_unit_test(what_is_measured_is_published),
         cmocka_unit_test(the_page_needs_no_network),
         cmocka_unit_test(the_page_works_in_a_browser),
     };

@@ -32,12 +32,12 @@ static bool same_heading(const report_row *a, const report_row *b)
 
 void print_table(const report *r)
 {
-    static const report_column shown[] = { REPORT_ms, REPORT_ns_per_pixel, REPORT_copy_share, REPORT_motion_trimmed, REPORT_motion_psnr, REPORT_motion_ssim,
+    static const report_column shown[] = { REPORT_ms, REPORT_ms_low, REPORT_ms_high, REPORT_ns_per_pixel, REPORT_copy_share, REPORT_motion_trimmed, REPORT_motion_psnr, REPORT_motion_ssim,
                                            REPORT_motion_flip, REPORT_motion_bias, REPORT_motion_flicker, REPORT_rest_trimmed, REPORT_rest_flicker,
                                            REPORT_lag, REPORT_ghost, REPORT_fireflies, REPORT_edge_trimmed, REPORT_worst_tile };
-    static const char *const names[] = { "ms", "ns/px", "copy", "relMSE", "PSNR", "SSIM", "FLIP", "bias", "flicker", "rest", "flicker", "lag", "ghost",
+    static const char *const names[] = { "ms", "ms from", "ms to", "ns/px", "copy", "relMSE", "PSNR", "SSIM", "FLIP", "bias", "flicker", "rest", "flicker", "lag", "ghost",
                                          "fireflies", "edges", "tile" };
-    printf("%s; relMSE trimmed, in motion unless said otherwise\n", r->device);
+    printf("%s; times: median and quartiles; relMSE trimmed, in motion unless said otherwise\n", r->device);
     for (int i = 0; i < r->rows.count; i++) {
         const report_row *row = &r->rows.rows[i];
         char label[3 * REPORT_NAME];
