@@ -101,7 +101,7 @@ $1 ~ /llvmpipe/ { next }
 $1 != device { show(); device = $1; head = "| ms on " $1 ", " $2 "; tiles that are not all sky"; rule = "|---"; split("", seen) }
 { if (!($4 in seen)) { seen[$4]; head = head sprintf(" | %.4g %%", 100 * $4); rule = rule "|---" }
   if (!($3 in line)) name[++denoisers] = $3
-  line[$3] = line[$3] sprintf(" | %.3f", $5) }
+  line[$3] = line[$3] ($5 == "" ? " | " : sprintf(" | %.3f", $5)) }
 END { show() }' "$work/tiles" > "$work/tile_table"
 replace README.md "<!-- tiles" "$work/tile_table"
 

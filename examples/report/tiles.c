@@ -1,3 +1,4 @@
+#define _POSIX_C_SOURCE 200809L
 #include "report/tiles.h"
 
 #include "common/cli.h"
@@ -7,10 +8,12 @@
 
 #include <string.h>
 #include <sys/stat.h>
+#include <time.h>
 
-enum { WARM_UP = 8 }; /* three frames until what is sky is left out, and the device's clock */
+enum { WARM_UP = 8 };        /* frames: after three, what is sky is left out */
+#define WARM_UP_SECONDS 1.0 /* of a GPU's clock, which falls while the host makes a scene */
 
-static const double sky_shares[REPORT_SKY_SHARES] = { 0, 0.25, 0.5, 0.75, 1 };
+static const float sky_shares[REPORT_SKY_SHARES] = { 0, 0.25f, 0.5f, 0.75f, 1 };
 
 static report_size size_of(const report *r)
 {
@@ -35,39 +38,65 @@ static bool open_runs(report *r, bench *b, bench_run *runs)
     return true;
 }
 
-static bool time_run(report *r, bench_run *run, report_tiles *out)
+static double seconds_now(void)
 {
-    static double totals[REPORT_MAX_FRAMES];
+    struct timespec t;
+    clock_gettime(CLOCK_MONOTONIC, &t);
+    return (double)t.tv_sec + 1e-9 * (double)t.tv_nsec;
+}
+
+/* One frame of each denoiser: in turn, so that what slows the device down for a while slows all of them. */
+static bool run_round(report *r, bench_run *runs, double *ms)
+{
     nrd_vk_timing passes[BENCH_MAX_PASSES];
-    for (int i = 0; i < WARM_UP + r->options.repeats; i++) {
+    for (uint32_t i = 0; i < r->options.denoiser_count; i++) {
         uint32_t count;
-        double ms = 0;
-        if (!bench_run_frame(run, passes, &count))
-            return report_fail(r, "%s: %s", out->denoiser, gpu_error(run->b->g));
+        if (!bench_run_frame(&runs[i], passes, &count))
+            return report_fail(r, "%s: %s", nrd_denoiser_name(r->options.denoisers[i]), gpu_error(&r->gpu));
+        ms[i] = 0;
         for (uint32_t p = 0; p < count; p++)
-            ms += passes[p].nanoseconds * 1e-6;
-        totals[i < WARM_UP ? 0 : i - WARM_UP] = ms;
+            ms[i] += passes[p].nanoseconds * 1e-6;
     }
-    out->ms = quartiles(totals, r->options.repeats, &out->low, &out->high);
     return true;
 }
 
-static bool time_runs(report *r, bench *b, bench_run *runs)
+static bool warm_up(report *r, bench_run *runs)
 {
+    double ms[NRD_DENOISER_COUNT], start = seconds_now();
+    bool ok = true;
+    for (int i = 0; ok && (i < WARM_UP || seconds_now() - start < WARM_UP_SECONDS); i++)
+        ok = run_round(r, runs, ms);
+    return ok;
+}
+
+static bool time_share(report *r, const bench_scene *scene, bench_run *runs)
+{
+    static double times[NRD_DENOISER_COUNT][REPORT_MAX_FRAMES];
     const report_options *o = &r->options;
-    for (int s = 0; s < REPORT_SKY_SHARES; s++) {
-        if (!bench_set_sky(b, (float)sky_shares[s]))
-            return report_fail(r, "%s", gpu_error(b->g));
-        for (uint32_t i = 0; i < o->denoiser_count; i++) {
-            report_tiles *t = &r->tiles[r->tile_count++];
-            *t = (report_tiles){ .width = (int)b->scene.width, .height = (int)b->scene.height, .sky = sky_shares[s], .active = bench_active_tiles(&b->scene) };
-            snprintf(t->denoiser, sizeof t->denoiser, "%s", nrd_denoiser_name(o->denoisers[i]));
-            if (!time_run(r, &runs[i], t))
-                return false;
-            cli_progress("active tiles", r->tile_count, REPORT_SKY_SHARES * (int)o->denoiser_count);
-        }
+    bool ok = warm_up(r, runs);
+    for (int k = 0; ok && k < o->repeats; k++) {
+        double ms[NRD_DENOISER_COUNT];
+        ok = run_round(r, runs, ms);
+        for (uint32_t i = 0; ok && i < o->denoiser_count; i++)
+            times[i][k] = ms[i];
     }
-    return true;
+    for (uint32_t i = 0; ok && i < o->denoiser_count; i++) {
+        report_tiles *t = &r->tiles[r->tile_count++];
+        *t = (report_tiles){ .width = (int)scene->width, .height = (int)scene->height, .sky = scene->sky, .active = bench_active_tiles(scene) };
+        snprintf(t->denoiser, sizeof t->denoiser, "%s", nrd_denoiser_name(o->denoisers[i]));
+        t->ms = quartiles(times[i], o->repeats, &t->low, &t->high);
+    }
+    return ok;
+}
+
+static bool time_shares(report *r, bench *b, bench_run *runs)
+{
+    bool ok = true;
+    for (int s = 0; ok && s < REPORT_SKY_SHARES; s++) {
+        ok = bench_set_sky(b, sky_shares[s]) ? time_share(r, &b->scene, runs) : report_fail(r, "%s", gpu_error(b->g));
+        cli_progress("active tiles", s + 1, REPORT_SKY_SHARES);
+    }
+    return ok;
 }
 
 static bool measure(report *r)
@@ -77,7 +106,7 @@ static bool measure(report *r)
     const bench_scene scene = { (uint32_t)size.width, (uint32_t)size.height, 0.2f, 0 };
     bench b;
     r->tile_count = 0;
-    bool ok = bench_open(&b, &r->gpu, &scene) ? open_runs(r, &b, runs) && time_runs(r, &b, runs) : report_fail(r, "%s", gpu_error(&r->gpu));
+    bool ok = bench_open(&b, &r->gpu, &scene) ? open_runs(r, &b, runs) && time_shares(r, &b, runs) : report_fail(r, "%s", gpu_error(&r->gpu));
     for (uint32_t i = 0; i < r->options.denoiser_count; i++)
         bench_run_close(&runs[i]);
     bench_close(&b);
