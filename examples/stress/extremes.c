@@ -13,10 +13,12 @@ static void set_depth_in_default_range(rig *r, double v) { r->depth = v; r->fram
 static void set_range_over_depth(rig *r, double v) { r->frame.denoising_range = (float)(r->depth * v); }
 static void set_roughness(rig *r, double v) { r->roughness = v; }
 static void set_tilt(rig *r, double v) { r->tilt = v; r->camera.tan_half_height = 0.01; }
+static void set_tilt_in_view(rig *r, double v) { r->tilt = v; }
 static void set_field_of_view(rig *r, double degrees) { r->camera.tan_half_height = tan(degrees * 0.5 * 0.017453292519943295); }
 static void set_near(rig *r, double v) { r->camera.near = v; r->camera.far = 0; }
 static void set_reversed(rig *r, double near) { r->camera.near = near; r->camera.far = 1e6; r->camera.reversed = true; }
 static void set_left_behind(rig *r, double v) { (void)v; r->camera.right_handed = true; }
+static void set_depth_left_behind(rig *r, double v) { set_depth(r, v); r->camera.right_handed = true; }
 static void set_orthographic(rig *r, double height) { r->camera.orthographic = true; r->camera.tan_half_height = height; r->camera.far = 1000; }
 static void set_position(rig *r, double v) { r->camera.position[0] = v; r->camera.position[2] = -v; }
 static void set_position_and_walk(rig *r, double v) { set_position(r, v); r->variant = 1; }
@@ -134,12 +136,32 @@ static void turn_normals(rig *r, uint32_t frame, double degrees)
     }
 }
 
-/* Any bits: what 10-bit storage can hold, not only what packing gives. */
-static void put_raw_normals(rig *r, uint32_t frame, double v)
+static void make_raw_normals(rig *r)
 {
     if (!r->raw_normals) r->raw_normals = (uint32_t *)calloc((size_t)r->width * r->height, sizeof *r->raw_normals);
     if (!r->raw_normals) stress_die("out of memory");
+}
+
+/* Any bits: what 10-bit storage can hold, not only what packing gives. */
+static void put_raw_normals(rig *r, uint32_t frame, double v)
+{
+    make_raw_normals(r);
     for (uint32_t i = 0; i < r->width * r->height; i++) r->raw_normals[i] = v > 0 ? (uint32_t)(random_at(i, frame, 5) * 4294967296.0) : 0;
+}
+
+static uint32_t byte_of(double v) { return (uint32_t)((0.5 * v + 0.5) * 255 + 0.5); }
+
+/* Steps of 8 bits, with which no normal has unit length; roughness 2/3. */
+static void put_8_bit_normals(rig *r, uint32_t frame, double v)
+{
+    (void)frame;
+    (void)v;
+    make_raw_normals(r);
+    for (uint32_t i = 0; i < r->width * r->height; i++) {
+        const float *n = &r->texels[NRD_RESOURCE_IN_NORMAL_ROUGHNESS][4 * i];
+        r->raw_normals[i] = 2u << 30;
+        for (int k = 0; k < 3; k++) r->raw_normals[i] |= (byte_of(n[k]) * 1023 + 127) / 255 << (10 * k);
+    }
 }
 
 static void put_depth_noise(rig *r, uint32_t frame, double v)
@@ -244,6 +266,8 @@ static const extreme extremes[] = {
     { "near plane 1e-5, infinite far", NOISE_UNIFORM, 1, set_near, NULL, 1e-5, DENOISES, 0 },
     { "reversed z, near plane 1e-5", NOISE_UNIFORM, 1, set_reversed, NULL, 1e-5, DENOISES, 0 },
     { "view z negative", NOISE_UNIFORM, 1, set_left_behind, NULL, 0, DENOISES, 0 },
+    { "view z -1e-4", NOISE_UNIFORM, 1, set_depth_left_behind, NULL, 1e-4, DENOISES, 0 },
+    { "view z -1e7", NOISE_UNIFORM, 1, set_depth_left_behind, NULL, 1e7, DENOISES, 0 },
     { "orthographic", NOISE_UNIFORM, 1, set_orthographic, NULL, 3, DENOISES, 0 },
     { "orthographic, 1e-3 high", NOISE_UNIFORM, 1, set_orthographic, NULL, 1e-3, DENOISES, 0 },
     { "orthographic, 1e5 high", NOISE_UNIFORM, 1, set_orthographic, NULL, 1e5, DENOISES, 0 },
@@ -292,6 +316,18 @@ static void run_extreme(stress *s, rig *r, const extreme *e)
     if (e->flags & DENOISES) check(s, GUARANTEE_DENOISES, e->name, r->denoiser, noise_left(r));
 }
 
+/* ---- normals that storage has made longer or shorter */
+static void run_stored_normals(stress *s, nrd_denoiser denoiser)
+{
+    static const extreme stored = { "normals in 8 bits", NOISE_UNIFORM, 1, set_tilt_in_view, put_8_bit_normals, 40, DENOISES, 0 };
+    rig r;
+    rig_desc desc = stress_rig(s, denoiser, IMAGE_WIDTH, IMAGE_HEIGHT);
+    desc.normal_encoding = NRD_NORMAL_FORMAT_RGBA8_UNORM;
+    rig_open(&r, &desc);
+    if (r.texels[NRD_RESOURCE_IN_NORMAL_ROUGHNESS]) run_extreme(s, &r, &stored);
+    rig_close(&r);
+}
+
 /* ---- sizes */
 static const uint32_t sizes[][2] = { { 1, 1 }, { 7, 5 }, { 1, 37 }, { 37, 1 }, { 8, 8 }, { 9, 17 }, { 16384, 1 }, { 1, 16384 } };
 
@@ -324,6 +360,7 @@ void stress_extremes(stress *s)
         for (size_t i = 0; i < sizeof extremes / sizeof extremes[0]; i++)
             if (concerns(&r, &extremes[i])) run_extreme(s, &r, &extremes[i]);
         rig_close(&r);
+        run_stored_normals(s, (nrd_denoiser)d);
         for (size_t i = 0; i < (s->everything ? sizeof sizes / sizeof sizes[0] : 2); i++) run_size(s, (nrd_denoiser)d, sizes[i][0], sizes[i][1]);
     }
 }
