@@ -1,7 +1,8 @@
 # make               everything: SPIR-V modules, examples, tests (into build/)
 # make demo          renders a moving scene, denoises it, prints an error/time table; installs what is missing
 # make test          builds and runs all tests; installs what is missing
-# make test-long     what the tests try to break, for an hour: 100,000 frames, 20,000 random cases, every fault planted
+# make test-long     what the tests try to break, for some hours: 100,000 frames, 20,000 random cases, every fault planted; the cases again
+#                    under ASan and UBSan
 # make dist          build/nrd-sdk/: what an engine needs; no shader compiler among it
 # make gpu           build/gpu/: programs and tests with their libraries, for machines that have none; then, over there,
 #                    NRD_BUILD=build/gpu tests/run.sh test_gpu test_vk. tracer=1 adds nrd-render (60 MB)
@@ -162,6 +163,8 @@ test:
 test-long: $B/nrd-stress
 	@$B/nrd-stress --all --quiet
 	@$B/nrd-stress --self-test
+	@$(submake) config=sanitize build-sanitize/nrd-stress
+	@LSAN_OPTIONS=suppressions=tests/lsan.supp build-sanitize/nrd-stress --all --quiet --only fuzz
 
 demo:
 	@examples/setup.sh

@@ -36,8 +36,9 @@ static void fill_light(rig *r, picture *what)
 static void check_device(stress *s, rig *r, picture *what, uint32_t frames, guarantee g)
 {
     double energy[RIG_MAX_SIGNALS] = { 0 }, most = 0;
+    uint32_t repeats = g == GUARANTEE_ENERGY ? 1 : REPEATS;
     char of[64];
-    for (uint32_t repeat = 0; repeat < REPEATS; repeat++) {
+    for (uint32_t repeat = 0; repeat < repeats; repeat++) {
         rig_reset(r);
         if (g == GUARANTEE_ENERGY) rig_set(r, "luminance_sigma_scale", UNCOMPARED), rig_set(r, "max_blur_radius", RADIUS);
         r->index = 9 + 1000 * repeat;
@@ -47,7 +48,7 @@ static void check_device(stress *s, rig *r, picture *what, uint32_t frames, guar
             rig_run(r);
         }
         for (uint32_t k = 0; k < r->signal_count; k++)
-            if (is_luma(r, k)) energy[k] += energy_of(r, k, what) / REPEATS;
+            if (is_luma(r, k)) energy[k] += energy_of(r, k, what) / repeats;
     }
     for (uint32_t k = 0; k < r->signal_count; k++)
         if (is_luma(r, k)) most = fmax(most, fabs(energy[k] - 1));

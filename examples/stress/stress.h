@@ -18,7 +18,7 @@
     X(UNTOUCHED, 0, "pixels of the sky or outside of the rectangle that were written") \
     X(REFUSALS, 0, "wrong calls that were accepted, or refused without naming what is wrong; right ones that were refused") \
     X(MEAN, 0.002, "error of the mean over the picture and 61 frames of noise that repeat, relative; here and below occlusion and shadows: of 1") \
-    X(SHADOW_MEAN, 0.02, "error of that mean of shadows") \
+    X(SHADOW_MEAN, 0.004, "error of that mean of shadows") \
     X(DRIFT, 0.002, "change of that mean in the course of a very long run") \
     X(STEADY, 0.001, "change from frame to frame of a constant picture after 2000 frames, relative") \
     X(STEADY_8_BIT, 0.008, "change from frame to frame of constant occlusion, which is rounded at random to 8 bits") \
@@ -41,7 +41,7 @@
     X(STILL_ENERGY, 0.32, "energy that such a pixel loses or gains that stays lit for 40 frames") \
     X(ARITHMETIC, 1e-5, "error of the picture when one pass computes in 32 bits, relative, by a double-precision model") \
     X(STORAGE, 0.002, "error of the picture when one pass stores 16 bits, relative, by that model") \
-    X(MODEL, 0.002, "device against the model with all rounding, relative, after 12 frames of noise") \
+    X(MODEL, 0.002, "device against the model with all rounding, relative, after 12 frames of noise or of a picture") \
     X(VARIANCE, 0.02, "variance of filtered noise against that of the double-precision model, relative") \
     X(SENSE_SAMPLES, 0.002, "rms change of the picture when samples change by one step of a half (5e-4), of its mean") \
     X(SENSE_MOTION, 0.02, "rms change when motion changes by 0.01 px") \
