@@ -426,7 +426,7 @@ NRD_DECL bool nrd_format_is_uint(nrd_format format);
     X(float, hit_distance_c, 20.0f, 1.0f, 1e3f, "", "its factor at roughness 0 (specular)") \
     X(float, hit_distance_d, -25.0f, -1e3f, 0.0f, "", "how fast that factor falls with roughness") \
     X(float, max_accumulated_frames, 32.0f, 0.0f, 63.0f, "frames", "length of the history; less reacts faster, more is less noisy") \
-    X(float, max_blur_radius, 9.0f, 0.0f, 60.0f, "px", "most that the spatial filter reaches; 0 off; scaled with the rectangle; more is smoother and flickers more") \
+    X(float, max_blur_radius, 6.0f, 0.0f, 60.0f, "px", "most that the spatial filter reaches; 0 off; scaled with the rectangle; more is smoother and flickers more") \
     X(float, plane_distance_sensitivity, 0.006f, 1e-4f, 1.0f, "of the view's extent at that depth", "neighbours farther off the surface's plane are not mixed") \
     X(float, normal_sensitivity, 8.0f, 0.0f, 1000.0f, "", "neighbours weigh exp(-this * (1 - cos of the angle between normals))") \
     X(float, antilag_sigma_scale, 2.0f, 0.5f, 100.0f, "standard deviations", "change of the signal that counts as certain; less reacts sooner and is noisier, 100 is off") \
