@@ -1490,7 +1490,8 @@ typedef struct nrdi_state {         /* one denoiser of an instance */
     uint32_t period;                /* nrd.period of the last dispatches */
     uint64_t written;               /* in this frame: bit 2 * texture of the row + half of a ping-pong pair */
     union { nrd_reference_settings reference; nrd_reblur_settings reblur; nrd_occlusion_settings occlusion; nrd_sigma_settings sigma; } settings;
-    nrd_sigma_settings light_before; /* of the last frame */
+    nrd_sigma_settings light, light_before; /* of the frame with the index light_frame, and of the one before it */
+    uint32_t light_frame;
     nrd_constants constants;
 } nrdi_state;
 
@@ -2402,20 +2403,31 @@ static void nrdi_fill_occlusion(const nrd_occlusion_settings *s, float resolutio
 
 static bool nrdi_knows_light(const nrd_sigma_settings *s) { return s->light_x != 0 || s->light_y != 0 || s->light_z != 0 || s->light_is_local; }
 
-/* How far the light has moved since the frame before, as a part of its diameter: so much changes in the visibility of a penumbra, at most. */
-static float nrdi_light_shift(const nrd_sigma_settings *before, const nrd_sigma_settings *now)
+/* How far the light has moved since the frame before, as a part of its diameter: so much changes in the visibility of a penumbra, at most.
+   An app that moves the world's origin says so by where it puts camera_prev. */
+static float nrdi_light_shift(const nrd *n, const nrd_sigma_settings *before, const nrd_sigma_settings *now)
 {
+    nrdi_view placed = nrdi_resolve_view(&n->camera_prev, n->frame.clip_y, 1), last = nrdi_resolve_view(&n->last.camera, n->frame.clip_y, 1);
     const float a[3] = { before->light_x, before->light_y, before->light_z }, b[3] = { now->light_x, now->light_y, now->light_z };
     double squared[2] = { 0, 0 }, moved = 0;
-    if (!nrdi_knows_light(before) || !nrdi_knows_light(now) || !(now->light_radius > 0)) return 0;
+    if (!n->has_last || !nrdi_knows_light(before) || !nrdi_knows_light(now) || !(now->light_radius > 0)) return 0;
     if (before->light_is_local != now->light_is_local) return 1;
     for (int k = 0; k < 3; k++) squared[0] += (double)a[k] * a[k], squared[1] += (double)b[k] * b[k];
     for (int k = 0; k < 3; k++) {
-        double from = now->light_is_local ? a[k] : a[k] / sqrt(squared[0]), to = now->light_is_local ? b[k] : b[k] / sqrt(squared[1]);
+        double from = now->light_is_local ? a[k] + placed.position[k] - last.position[k] : a[k] / sqrt(squared[0]), to = now->light_is_local ? b[k] : b[k] / sqrt(squared[1]);
         moved += (to - from) * (to - from);
     }
     double shift = sqrt(moved) / (2 * (double)now->light_radius);
     return shift > 1e-4 ? (float)(shift < 1 ? shift : 1) : 0;   /* less: rounding */
+}
+
+/* A frame's dispatches may be cancelled and taken again. */
+static float nrdi_follow_light(const nrd *n, nrdi_state *s)
+{
+    if (s->light_frame != n->frame.frame_index) s->light_before = s->light;
+    s->light_frame = n->frame.frame_index;
+    s->light = s->settings.sigma;
+    return nrdi_light_shift(n, &s->light_before, &s->light);
 }
 
 static void nrdi_fill_sigma(const nrd *n, const nrd_sigma_settings *s, nrd_constants *c)
@@ -2486,8 +2498,8 @@ static void nrdi_fill_constants(const nrd *n, nrdi_state *s)
         if (s->row->family == NRDI_FAMILY_OCCLUSION) nrdi_fill_occlusion(&s->settings.occlusion, x < y ? x : y, c);
         else if (s->row->family == NRDI_FAMILY_SIGMA) {
             nrdi_fill_sigma(n, &s->settings.sigma, c);
-            if (!reset) c->jitter_delta[2] = nrdi_light_shift(&s->light_before, &s->settings.sigma);
-            s->light_before = s->settings.sigma;
+            float shift = nrdi_follow_light(n, s);
+            if (!reset) c->jitter_delta[2] = shift;
         }
         else nrdi_fill_reblur(s, x < y ? x : y, c);
         nrdi_fill_materials(n, s, c);

@@ -1014,6 +1014,48 @@ static void constants_reconstruct_world_points_for_every_kind_of_camera(void **s
     nrd_destroy(instance);
 }
 
+static nrd_camera camera_at(float x)
+{
+    pose p = random_pose(1, 1);
+    p.position[0] = x;
+    return pose_camera(&p);
+}
+
+/* What a frame says of how far a lamp of radius 0.5 has moved, of its diameter. */
+static float lamp_shift(nrd *instance, uint32_t index, float camera_x, float lamp_x, const nrd_camera *before)
+{
+    nrd_sigma_settings lamp = nrd_sigma_defaults();
+    nrd_frame frame = nrd_frame_defaults();
+    lamp.light_x = lamp_x;
+    lamp.light_y = 2;
+    lamp.light_is_local = 1;
+    lamp.light_radius = 0.5f;
+    assert_int_equal(nrd_set_settings(instance, nrd_get_info(instance)->denoisers[0].identifier, &lamp), NRD_RESULT_OK);
+    frame.frame_index = index;
+    frame.camera = camera_at(camera_x);
+    frame.camera_prev = before;
+    set_frame(instance, &frame);
+    return constants_of(instance).jitter_delta[2];
+}
+
+static void a_light_moves_in_the_world_not_with_its_origin(void **state)
+{
+    spy s;
+    (void)state;
+    nrd *instance = create_one(&s, NRD_DENOISER_SIGMA_SHADOW, 64, 48, 0);
+    nrd_camera rebased = camera_at(-1);
+    assert_true(lamp_shift(instance, 0, 0, 3, NULL) == 0);
+    assert_true(lamp_shift(instance, 1, 0.2f, 3, NULL) == 0);
+    assert_near(lamp_shift(instance, 2, 0.2f, 3.25, NULL), 0.25, 1e-6);
+    nrd_cancel_dispatches(instance);
+    assert_near(lamp_shift(instance, 2, 0.2f, 3.5, NULL), 0.5, 1e-6);
+    assert_true(lamp_shift(instance, 3, 0.4f, 9, NULL) == 1);
+    assert_near(lamp_shift(instance, 4, -1, 7.6, &rebased), 0, 1e-5);    /* the origin has moved to x = 1.4, the camera not at all */
+    assert_near(lamp_shift(instance, 5, -1, 7.6, NULL), 0, 1e-6);
+    assert_int_equal(s.messages, 0);
+    nrd_destroy(instance);
+}
+
 static void constants_hold_neither_nan_nor_infinity(void **state)
 {
     spy s;
@@ -1073,6 +1115,7 @@ int main(void)
         cmocka_unit_test(the_previous_camera_and_rectangle_are_remembered_or_overridden),
         cmocka_unit_test(reference_counts_its_frames_and_restarts_when_the_camera_moves),
         cmocka_unit_test(constants_reconstruct_world_points_for_every_kind_of_camera),
+        cmocka_unit_test(a_light_moves_in_the_world_not_with_its_origin),
         cmocka_unit_test(constants_hold_neither_nan_nor_infinity),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -53,7 +53,7 @@ const float EARLY_DOUBT = 1.5;
 const float DARK_SLACK = 0.6;
 
 /* A brighter past counts in full up to this multiple of the present, and as far as noise in proportion to the light explains it: what has no
-   bright sample now underestimates its deviation. 4 was tried: it leaves trails of light. */
+   bright sample now underestimates its deviation. 4 was tried: its error is a tenth larger. */
 const float MOST_BRIGHTER = 2.0;
 
 float stabilize(vec4 color, float history_frames, float stabilized, vec4 change)
