@@ -2,6 +2,7 @@
 #define _XOPEN_SOURCE 700
 #include "common/capture.h"
 #include "common/half.h"
+#include "common/scratch.h"
 
 #include <OpenEXR/openexr.h>
 #include <math.h>
@@ -20,7 +21,7 @@
 #define WIDTH 37
 #define HEIGHT 45 /* more than one PIZ chunk of 32 rows, the last one short */
 
-static char folder[64];
+static char folder[SCRATCH_SIZE];
 static char error[512];
 
 static const char *in_folder(const char *name)
@@ -35,16 +36,13 @@ static const char *in_folder(const char *name)
 static int make_folder(void **state)
 {
     (void)state;
-    strcpy(folder, P_tmpdir "/test_capture.XXXXXX");
-    return mkdtemp(folder) ? 0 : -1;
+    return scratch_make(folder) ? 0 : -1;
 }
 
 static int remove_folder(void **state)
 {
-    char command[128];
     (void)state;
-    snprintf(command, sizeof command, "rm -r %s", folder);
-    return system(command);
+    return scratch_remove(folder) ? 0 : -1;
 }
 
 static void make_sample(capture *c)

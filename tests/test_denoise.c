@@ -4,6 +4,7 @@
 #include "common/capture.h"
 #include "common/gpu.h"
 #include "common/metrics.h"
+#include "common/scratch.h"
 #include "common/signals.h"
 #include "corner_capture.h"
 
@@ -20,7 +21,7 @@
 #define FRAMES 12
 #define PIXELS (CORNER_WIDTH * CORNER_HEIGHT)
 
-static char folder[64];
+static char folder[SCRATCH_SIZE];
 static char output[16384]; /* of the last command */
 static char errors[16384];
 
@@ -28,7 +29,7 @@ static char errors[16384];
 
 static void load_text(const char *name, char *text, size_t size)
 {
-    char path[128];
+    char path[SCRATCH_SIZE + 128];
     snprintf(path, sizeof path, "%s/%s", folder, name);
     FILE *file = fopen(path, "rb");
     assert_non_null(file);
@@ -66,7 +67,7 @@ static const char *path_of(const char *in, int frame)
 {
     static char paths[4][256];
     static int next;
-    char *path = paths[next++ % 4], in_folder[128];
+    char *path = paths[next++ % 4], in_folder[SCRATCH_SIZE + 128];
     snprintf(in_folder, sizeof in_folder, "%s/%s", folder, in);
     capture_frame_path(path, sizeof paths[0], in_folder, frame);
     return path;
@@ -97,7 +98,7 @@ static void write_frame(const capture *c, const char *in, int frame)
 
 static void make_shot(const char *name, float speed, int frames, int cut_at)
 {
-    char path[128];
+    char path[SCRATCH_SIZE + 128];
     snprintf(path, sizeof path, "%s/%s", folder, name);
     assert_int_equal(mkdir(path, 0777), 0);
     for (int i = 0; i < frames; i++) {
@@ -113,7 +114,7 @@ static void make_shot(const char *name, float speed, int frames, int cut_at)
 /* Copies frame 0 of the shot `moving` to NAME without a plane (NULL: all of them). */
 static void make_single(const char *name, const char *without)
 {
-    char path[128];
+    char path[SCRATCH_SIZE + 128];
     capture c = read_frame("moving", 0);
     snprintf(path, sizeof path, "%s/%s", folder, name);
     assert_int_equal(mkdir(path, 0777), 0);
@@ -148,8 +149,7 @@ static int make_fixtures(void **state)
 {
     capture small;
     (void)state;
-    strcpy(folder, P_tmpdir "/test_denoise.XXXXXX");
-    if (!mkdtemp(folder))
+    if (!scratch_make(folder))
         return -1;
     make_shot("moving", 0.02f, FRAMES, -1);
     make_shot("still", 0, 5, -1);
@@ -174,10 +174,8 @@ static int make_fixtures(void **state)
 
 static int remove_fixtures(void **state)
 {
-    char command[128];
     (void)state;
-    snprintf(command, sizeof command, "rm -r %s", folder);
-    return system(command);
+    return scratch_remove(folder) ? 0 : -1;
 }
 
 /* ---- misuse ---- */
@@ -413,7 +411,7 @@ static void add_shadow(capture *c, int frame)
 
 static void make_shadows(const char *name, uint32_t without)
 {
-    char path[128];
+    char path[SCRATCH_SIZE + 128];
     snprintf(path, sizeof path, "%s/%s", folder, name);
     assert_int_equal(mkdir(path, 0777), 0);
     for (int i = 0; i < 6; i++) {

@@ -7,6 +7,7 @@
 
 #include "browser.h"
 #include "common/gpu.h"
+#include "common/scratch.h"
 #include "common/traffic.h"
 #include "report/copier.h"
 #include "report/front.h"
@@ -24,7 +25,7 @@
 
 #define TINY "--scenes moving --denoisers reblur_diffuse,reference --presets fastest,balanced --paths 1 --sizes 96x54 --ref 8 --frames 4,4,3 --pairs 1 --repeats 25"
 
-static char folder[128];
+static char folder[SCRATCH_SIZE];
 static char text[1 << 20];
 
 /* Runs nrd-report in the test's folder; output and errors go to files there. */
@@ -65,8 +66,7 @@ static int run_tiny(const char *more)
 static int measure_once(void **state)
 {
     (void)state;
-    strcpy(folder, "/tmp/nrd-test-report-XXXXXX");
-    if (!mkdtemp(folder))
+    if (!scratch_make(folder))
         return -1;
     if (run_tiny("") == 0)
         return 0;
@@ -76,10 +76,8 @@ static int measure_once(void **state)
 
 static int clean_up(void **state)
 {
-    char command[256];
     (void)state;
-    snprintf(command, sizeof command, "rm -rf %s", folder);
-    return system(command);
+    return scratch_remove(folder) ? 0 : -1;
 }
 
 /* The value of a column in the first CSV line that contains `key`; NaN when empty. */

@@ -6,6 +6,7 @@
 #include "nrd.h"
 
 #include "common/gpu.h"
+#include "common/scratch.h"
 #include "report/constants.h"
 #include "report/tuning.h"
 
@@ -110,7 +111,7 @@ static void found_is_kept(const char *folder)
 
 static void a_search_never_ends_worse_on_what_it_trains_on(void **state)
 {
-    char folder[] = "/tmp/nrd-test-tune-XXXXXX", arguments[512];
+    char folder[SCRATCH_SIZE], arguments[512];
     float before, after, ratio;
     gpu g;
     char reason[256];
@@ -121,7 +122,7 @@ static void a_search_never_ends_worse_on_what_it_trains_on(void **state)
         skip();
     }
     gpu_close(&g);
-    assert_non_null(mkdtemp(folder));
+    assert_true(scratch_make(folder));
     const char *common = "--train moving --test interior --size 64x36 --frames 4,4,3 --ref 8";
     snprintf(arguments, sizeof arguments, "reblur_diffuse %s %s --only max_accumulated_frames,HEAD_START --step 4 --tries 3", folder, common);
     assert_int_equal(tune(arguments), 0);
@@ -135,21 +136,23 @@ static void a_search_never_ends_worse_on_what_it_trains_on(void **state)
     snprintf(arguments, sizeof arguments, "reference %s %s --tries 1 --size 32x18", folder, common);
     assert_int_equal(tune(arguments), 0);
     assert_non_null(strstr(output, "0 values to search"));
-    snprintf(arguments, sizeof arguments, "rm -rf %s", folder);
-    assert_int_equal(system(arguments), 0);
+    assert_true(scratch_remove(folder));
 }
 
 static void misuse_is_named(void **state)
 {
+    char folder[SCRATCH_SIZE], arguments[512];
     (void)state;
-    assert_int_not_equal(tune("nothing /tmp/x"), 0);
+    assert_true(scratch_make(folder));
+    assert_int_not_equal(tune("nothing out"), 0);
     assert_non_null(strstr(output, "'nothing' is no denoiser"));
-    assert_int_not_equal(tune("sigma_shadow /tmp/nrd-test-tune-none --train interior --test interior --size 16x16 --ref 2 --frames 2,2,1"), 0);
+    snprintf(arguments, sizeof arguments, "sigma_shadow %s --train interior --test interior --size 16x16 --ref 2 --frames 2,2,1", folder);
+    assert_int_not_equal(tune(arguments), 0);
     assert_non_null(strstr(output, "sigma_shadow can run on none of the scenes"));
-    assert_int_equal(system("rm -rf /tmp/nrd-test-tune-none"), 0);
-    assert_int_not_equal(tune("reblur_diffuse /tmp/x --step 0.5"), 0);
+    assert_true(scratch_remove(folder));
+    assert_int_not_equal(tune("reblur_diffuse out --step 0.5"), 0);
     assert_non_null(strstr(output, "--step 0.5: not an option, or out of its range"));
-    assert_int_not_equal(tune("reblur_diffuse /tmp/x --set max_blur_radius=99"), 0);
+    assert_int_not_equal(tune("reblur_diffuse out --set max_blur_radius=99"), 0);
     assert_non_null(strstr(output, "setting max_blur_radius is 99"));
 }
 

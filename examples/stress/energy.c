@@ -5,13 +5,14 @@
 
 #include <stdio.h>
 
-enum { SIZE = 64, REPEATS = 8 };   /* SIZE: nothing that the impulse reaches sees the border; REPEATS: crosses are turned at random */
+enum { SIZE = 64, FRAMED = 32, REPEATS = 8 };   /* SIZE: nothing that the impulse reaches sees the border; FRAMED: it does; REPEATS: crosses are turned at random */
 #define IMPULSE 5.0
 #define UNCOMPARED 1000.0          /* luminance_sigma_scale */
 #define RADIUS 4.0                 /* px; over more pixels the impulse adds less than the steps of halves that store their sum with the light around */
 
 static bool is_lit(uint32_t x, uint32_t y, uint32_t size) { return x == size / 2 && y == size / 2; }
 static double in_the_dark(uint32_t x, uint32_t y) { return is_lit(x, y, SIZE) ? IMPULSE : 0; }
+static double in_a_frame(uint32_t x, uint32_t y) { return is_lit(x, y, FRAMED) ? IMPULSE : 0; }
 /* Nowhere noisy enough to turn crosses. */
 static double in_the_light(uint32_t x, uint32_t y) { return is_lit(x, y, SIZE) ? 1 + IMPULSE : 1; }
 
@@ -36,7 +37,7 @@ static void fill_light(rig *r, picture *what)
 static void check_device(stress *s, rig *r, picture *what, uint32_t frames, guarantee g)
 {
     double energy[RIG_MAX_SIGNALS] = { 0 }, most = 0;
-    uint32_t repeats = g == GUARANTEE_ENERGY ? 1 : REPEATS;
+    uint32_t repeats = what == in_the_dark ? REPEATS : 1;
     char of[64];
     for (uint32_t repeat = 0; repeat < repeats; repeat++) {
         rig_reset(r);
@@ -52,7 +53,7 @@ static void check_device(stress *s, rig *r, picture *what, uint32_t frames, guar
     }
     for (uint32_t k = 0; k < r->signal_count; k++)
         if (is_luma(r, k)) most = fmax(most, fabs(energy[k] - 1));
-    snprintf(of, sizeof of, "impulse%s for %u frame%s", what == in_the_light ? " in light" : "", frames, frames > 1 ? "s" : "");
+    snprintf(of, sizeof of, "impulse%s for %u frame%s", what == in_the_light ? " in light" : what == in_a_frame ? " in 32 px" : "", frames, frames > 1 ? "s" : "");
     check(s, g, of, r->denoiser, most);
 }
 
@@ -104,6 +105,13 @@ void stress_energy(stress *s, nrd_denoiser denoiser)
         check_device(s, &r, in_the_dark, 40, GUARANTEE_STILL_ENERGY);
         check_device(s, &r, in_the_light, 1, GUARANTEE_ENERGY);
         check_device(s, &r, in_the_light, 40, GUARANTEE_ENERGY);
+    }
+    rig_close(&r);
+    desc = stress_rig(s, denoiser, FRAMED, FRAMED);
+    rig_open(&r, &desc);
+    if (is_luma(&r, 0)) {
+        check_device(s, &r, in_a_frame, 1, GUARANTEE_FRAMED_ENERGY);
+        check_device(s, &r, in_a_frame, 40, GUARANTEE_FRAMED_STILL_ENERGY);
     }
     rig_close(&r);
     if (denoiser == NRD_DENOISER_REBLUR_DIFFUSE) check_models(s);

@@ -4,6 +4,7 @@
 #include "stress/stress.h"
 
 #include "common/capture.h"
+#include "common/scratch.h"
 
 #include <float.h>
 #include <stdio.h>
@@ -422,10 +423,10 @@ static size_t damage(dice *d, unsigned char *bytes, size_t size)
 
 static void fuzz_files(stress *s, uint32_t files)
 {
-    char folder[] = "/tmp/nrd-stress.XXXXXX", path[64], error[256];
+    char folder[SCRATCH_SIZE], path[SCRATCH_SIZE + 16], error[512];
     size_t size;
     uint32_t nameless = 0, refused = 0;
-    if (!mkdtemp(folder)) stress_die("%s cannot be made", folder);
+    if (!scratch_make(folder)) stress_die("a folder for captures cannot be made");
     snprintf(path, sizeof path, "%s/frame.exr", folder);
     write_sample(path);
     unsigned char *whole = read_bytes(path, &size), *bytes = (unsigned char *)malloc(size);
@@ -439,8 +440,7 @@ static void fuzz_files(stress *s, uint32_t files)
         refused++;
         nameless += !strstr(error, "frame.exr") || strchr(error, '\n') || s->fault == FAULT_ACCEPTED;
     }
-    unlink(path);
-    rmdir(folder);
+    scratch_remove(folder);
     free(whole);
     free(bytes);
     if (refused < files / 4) stress_die("only %u of %u damaged files were refused: the damage tells nothing", refused, files);

@@ -126,7 +126,7 @@ static double impossible(const rig_signal *signal, const float *t, double high)
     double scale = fmax(fmax(fabs(t[0]), 1e-3 * high), 1e-6), base = (double)t[0] - t[2], worst = 0;
     if (signal->kind == KIND_DIRECTION) return fmax(fmax(sqrt((double)t[0] * t[0] + (double)t[1] * t[1] + (double)t[2] * t[2]) - t[3], -t[3]), t[3] - 1);
     if (signal->kind != KIND_RADIANCE) return 0;
-    double step = 1.8e-7;   /* of three of the smallest halves: as many channels are rounded at random */
+    double step = 1.2e-7;   /* of two of the smallest halves */
     worst = fmax(worst, -(base + t[1] + step) / scale);
     worst = fmax(worst, -((double)t[0] + t[2] + step) / scale);
     worst = fmax(worst, -(base - t[1] + step) / scale);

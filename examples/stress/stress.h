@@ -39,6 +39,8 @@
     X(ENERGY, 0.01, "energy that a pixel 5 times brighter than the rest loses or gains at luminance_sigma_scale 1000; and in the first two passes at any") \
     X(OUTLIER_ENERGY, 0.24, "energy that a single pixel lit in the dark loses or gains in the first frame, at defaults") \
     X(STILL_ENERGY, 0.32, "energy that such a pixel loses or gains that stays lit for 40 frames") \
+    X(FRAMED_ENERGY, 0.12, "the same in the first frame in the middle of 32x32 px, whose border gives part of it back") \
+    X(FRAMED_STILL_ENERGY, 0.25, "the same after 40 frames there") \
     X(ARITHMETIC, 1e-5, "error of the picture when one pass computes in 32 bits, relative, by a double-precision model") \
     X(STORAGE, 0.002, "error of the picture when one pass stores 16 bits, relative, by that model") \
     X(MODEL, 0.002, "device against the model with all rounding, relative, after 12 frames of noise or of a picture") \
