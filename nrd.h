@@ -2578,12 +2578,12 @@ static nrd_binding nrdi_resolve(const nrd *n, const nrdi_state *s, const nrdi_us
     return b;
 }
 
-/* Distance of a filter step's taps. Steps 1, 2, 4, 8 reach 15 px. Of two in all the second is 3: the 3x3 pixels of the first then lie side by
-   side, while 4 leaves a plaid and 2 more noise. */
+/* Distance of a filter step's taps. Steps 1, 2, 4, 8 reach 15 px. The first is 1 always: reblur/cells.glsl. Of two in all the second is 3: the 3x3
+   pixels of the first then lie side by side, while 4 leaves a plaid and 2 more noise. */
 static int32_t nrdi_step(const nrdi_state *s, const nrdi_pass_row *row)
 {
     float radius = s->constants.max_blur_radius;
-    if (!(radius > 0)) return 0;
+    if (!(radius > 0) || row->iteration == 0) return radius > 0;
     int32_t of_15 = row->iteration == 3 && nrdi_leaves_steps_out(s) ? 3 : 1 << row->iteration, step = (int32_t)(radius * (float)of_15 / 15.0f + 0.5f);
     return step < 1 ? 1 : step;
 }

@@ -54,6 +54,14 @@ vec4 load_change(int s, vec2 px) { OF_SIGNAL(s, return sample_tiles(in_diff_tile
 void store_history(int s, ivec2 p, vec4 v) { OF_SIGNAL(s, imageStore(out_diff_history, p, v), imageStore(out_spec_history, p, v)) }
 void store_color(int s, ivec2 p, uvec2 v) { OF_SIGNAL(s, imageStore(out_diff, p, uvec4(v, 0u, 0u)), imageStore(out_spec, p, uvec4(v, 0u, 0u))) }
 
+#ifdef SH
+#define TILES (SH_HISTORY + HAS_DIFFUSE + HAS_SPECULAR)
+#else
+#define TILES SH_FIRST
+#endif
+#include "../common/tiles.glsl"
+#include "cells.glsl"
+
 const bool CROSS = false;
 #include "atrous.glsl"
 
@@ -119,13 +127,13 @@ void store(ivec2 pixel, int signal, vec4 color, Sums s, float frames, vec4 chang
 
 /* The luma above which a pixel of 3x3 is cut, by the second brightest of them; what is cut does not return to history. Where at most one is not
    black nothing is: light that is found by chance begins like that. */
-float firefly_ceiling(ivec2 pixel, int signal, float luma)
+float firefly_ceiling(int signal, float luma)
 {
     float brightest = luma, second = 0.0;
     for (int i = 0; i < 9; i++) {
-        ivec2 at = pixel + ivec2(i % 3, i / 3) - 1;
-        if (i == 4 || !in_rect(at) || guide_is_sky(texelFetch(in_guide, at, 0).x)) continue;   /* the sky holds anything */
-        float tap = load_color(signal, at).x;
+        int cell = cell_at(ivec2(i % 3, i / 3) - 1);
+        if (i == 4 || is_outside(s_guide[cell])) continue;   /* holds anything */
+        float tap = cell_color(signal, cell).x;
         second = max(second, min(tap, brightest));
         brightest = max(brightest, tap);
     }
@@ -134,7 +142,7 @@ float firefly_ceiling(ivec2 pixel, int signal, float luma)
 
 vec4 cut(vec4 color, float ceiling) { return color * min(1.0, ceiling / max(color.x, 1e-12)); }
 
-/* The first step. */
+/* The first step, whose neighbours lie side by side: nrdi_step(). */
 void blur(ivec2 pixel, uvec2 guide)
 {
     float frames[SIGNALS];
@@ -146,8 +154,8 @@ void blur(ivec2 pixel, uvec2 guide)
         change[s] = has_flag(NRD_FLAG_ANTILAG) ? load_change(s, vec2(pixel) + 0.5) : vec4(0.0, 1.0, 0.0, 0.0);
         change[s].y /= 1.0 + (change[s].y - 1.0) / max(guide_frames(guide, s), 1.0);   /* the newest sample has followed already */
         frames[s] = changed_frames(guide_frames(guide, s), change[s]);
-        color[s] = load_color(s, pixel);
-        ceiling[s] = limited ? firefly_ceiling(pixel, s, color[s].x) : 65504.0;
+        color[s] = cell_color(s, cell_at(ivec2(0)));
+        ceiling[s] = limited ? firefly_ceiling(s, color[s].x) : 65504.0;
         if (limited) color[s] = cut(color[s], ceiling[s]);
         sums[s] = no_sums();
         add(sums[s], color[s], frames[s], 1.0);
@@ -159,17 +167,18 @@ void blur(ivec2 pixel, uvec2 guide)
     UNROLL for (int i = 0; i < 9; i++) {
         if (i == 4 || !is_filtering()) continue;
         ivec2 grid = ivec2(i % 3, i / 3) - 1;
+        int cell = cell_at(grid);
+        uvec2 guide_tap = s_guide[cell];
         Neighbour n = find_neighbour(c, grid);
-        uvec2 guide_tap = texelFetch(in_guide, n.pixel, 0).xy;
-        SH_ONLY(vec4 light[SIGNALS]; load_lights(n.pixel, light);)
+        n.inside = !is_outside(guide_tap);
         float geometry = plane_weight(c, n, guide_tap.x) * kernel(grid), bend = normal_bend(c, guide_tap);
         UNROLL for (int s = 0; s < SIGNALS; s++) {
-            vec4 tap = load_color(s, n.pixel);
+            vec4 tap = cell_color(s, cell);
             if (limited) tap = cut(tap, ceiling[s]);
             float frames_tap = max(guide_frames(guide_tap, s), 1.0);
             float weight = geometry * lobe_factor(c, s, guide_tap) * exp2(lobe_exponent(c, s, normal_scale, bend, n.squared));
             if (weight > 0.0) add(sums[s], tap, frames_tap, weight);
-            SH_ONLY(if (weight > 0.0) add_light(sums[s].light, light[s], tap.x, guide_tap_normal(guide_tap), weight * frames_tap);)
+            SH_ONLY(if (weight > 0.0) add_light(sums[s].light, cell_light(s, cell), tap.x, guide_tap_normal(guide_tap), weight * frames_tap);)
         }
     }
     UNROLL for (int s = 0; s < SIGNALS; s++) store(pixel, s, color[s], sums[s], frames[s], change[s]);
@@ -188,17 +197,11 @@ void post_blur(ivec2 pixel, uvec2 guide)
     SH_ONLY(store_lights(pixel);)
 }
 
-#ifdef SH
-#define TILES (SH_HISTORY + HAS_DIFFUSE + HAS_SPECULAR)
-#else
-#define TILES SH_FIRST
-#endif
-#include "../common/tiles.glsl"
-
 void process(ivec2 pixel)
 {
+    if (SPEC_ITERATION == 0u) load_cells();
     if (!in_rect(pixel)) return;
-    uvec2 guide = texelFetch(in_guide, pixel, 0).xy;
+    uvec2 guide = SPEC_ITERATION == 0u ? s_guide[cell_at(ivec2(0))] : texelFetch(in_guide, pixel, 0).xy;
     if (guide_is_sky(guide.x)) return;
     if (SPEC_ITERATION == 0u) blur(pixel, guide);
     else post_blur(pixel, guide);
