@@ -11,8 +11,9 @@
 #extension GL_GOOGLE_include_directive : require
 #include "../common/pass.glsl"
 #include "../common/texel.glsl"
+#include "tile_change.glsl"
 
-layout(binding = 1) uniform sampler2D in_tile_raw;
+layout(binding = 1) uniform usampler2D in_tile_raw;
 layout(binding = 2) uniform sampler2D prev_tile;
 layout(binding = 3, rgba16f) uniform writeonly image2D out_tile;
 
@@ -32,8 +33,8 @@ shared vec4 s_survey[SIDE * SIDE];
 
 vec4 load_tile(ivec2 tile)
 {
-    vec4 raw = texelFetch(in_tile_raw, tile, 0);
-    return vec4(64.0 * raw.x, 64.0 * raw.z, raw.w, 64.0 * raw.y * raw.y);
+    TileChange t = unpack_change(texelFetch(in_tile_raw, tile, 0).x);
+    return vec4(64.0 * t.luma_change, 64.0 * t.luma, t.farther, 64.0 * t.deviation * t.deviation);
 }
 
 /* How certain it is that a change is none of noise, and worth acting on: [0, 1]. */

@@ -13,6 +13,7 @@
 #include "../common/texel.glsl"
 #include "../common/checkerboard.glsl"
 #include "reblur.glsl"
+#include "tile_change.glsl"
 
 layout(binding = 1) uniform sampler2D in_motion;
 layout(binding = 2) uniform sampler2D in_normal_roughness;
@@ -37,7 +38,7 @@ layout(binding = FIRST + 2) uniform sampler2D diff_history;
 layout(binding = FIRST + 3) uniform sampler2D prev_diff_stabilized;
 layout(binding = FIRST + 4) uniform sampler2D prev_diff_tile;
 layout(binding = FIRST + 5, rgba16f) uniform writeonly image2D out_diff;
-layout(binding = FIRST + 6, rgba16f) uniform writeonly image2D out_diff_tile_raw;
+layout(binding = FIRST + 6, r32ui) uniform writeonly uimage2D out_diff_tile_raw;
 #endif
 #ifdef SPECULAR
 #define SECOND (FIRST + 7 * HAS_DIFFUSE)
@@ -47,7 +48,7 @@ layout(binding = SECOND + 2) uniform sampler2D spec_history;
 layout(binding = SECOND + 3) uniform sampler2D prev_spec_stabilized;
 layout(binding = SECOND + 4) uniform sampler2D prev_spec_tile;
 layout(binding = SECOND + 5, rgba16f) uniform writeonly image2D out_spec;
-layout(binding = SECOND + 6, rgba16f) uniform writeonly image2D out_spec_tile_raw;
+layout(binding = SECOND + 6, r32ui) uniform writeonly uimage2D out_spec_tile_raw;
 layout(binding = SECOND + 7) uniform sampler2D in_spec_unblurred;   /* hit distances of neighbours: in_spec may be out_spec */
 layout(binding = SECOND + 8) uniform sampler2D in_spec_hit_dist;
 layout(binding = SECOND + 9) uniform sampler2D in_spec_motion;
@@ -91,7 +92,7 @@ vec4 load_noisy(int s, ivec2 p) { OF_SIGNAL(s, return texelFetch(in_diff, p, 0),
 float load_confidence(int s, vec2 uv) { OF_SIGNAL(s, return textureLod(in_diff_confidence, uv, 0.0).x, return textureLod(in_spec_confidence, uv, 0.0).x) }
 vec2 load_change(int s, vec2 px, ivec2 rect) { OF_SIGNAL(s, return sample_tiles(prev_diff_tile, px, rect).xw, return sample_tiles(prev_spec_tile, px, rect).xw) }
 void store_color(int s, ivec2 p, vec4 v) { OF_SIGNAL(s, imageStore(out_diff, p, v), imageStore(out_spec, p, v)) }
-void store_tile(int s, ivec2 p, vec4 v) { OF_SIGNAL(s, imageStore(out_diff_tile_raw, p, v), imageStore(out_spec_tile_raw, p, v)) }
+void store_tile(int s, ivec2 p, uint v) { OF_SIGNAL(s, imageStore(out_diff_tile_raw, p, uvec4(v)), imageStore(out_spec_tile_raw, p, uvec4(v))) }
 
 #ifdef SPECULAR
 uvec4 gather_tracks_at(int s, uvec4 seconds, vec2 uv) { return s == 0 ? textureGather(prev_track, uv, 0).wzxy : textureGather(prev_track, uv, 1).wzxy; }
@@ -295,14 +296,14 @@ float shared_doubt()
     return is_checkerboarded(DIFFUSE_LOBE) || is_reconstructed() ? 1.7 : 1.0;
 }
 
-/* Sums over the 8 x 8 pixels, divided by 64; the square as a root, so that it fits 16 bits, the change of hit distances in standard errors. */
+/* Sums over the 8 x 8 pixels, divided by 64; the change of hit distances in standard errors. */
 void write_tile(int signal, float squares)
 {
     vec4 sum = vec4(0.0);
     for (uint k = 0u; k < 8u; k++) sum += s_sums[signal][k];
     float farther = sum.w * inversesqrt(squares + 64.0 * LEAST_HIT_DIST_NOISE * LEAST_HIT_DIST_NOISE) / shared_doubt();
     sum /= 64.0;
-    store_tile(signal, tile, nrd_round_to_half(vec4(clamp(sum.x, -65504.0, 65504.0), min(sqrt(sum.y), 65504.0), min(sum.z, 65504.0), farther)));
+    store_tile(signal, tile, pack_change(TileChange(sum.x, sum.z, sqrt(sum.y), farther), hash(uint(tile.x), uint(tile.y), g.frame_index)));
 }
 
 void write_tiles()
