@@ -170,7 +170,9 @@ extern "C" {
     X(uint, materials) X(float, strand_thickness) X(float, responsive_roughness) X(float, responsive_frames) /* materials: four ids of 4 bits, NRD_MATERIAL_ */ \
     X(vec4, rect_px)                /* width and height of the rectangle, zw: of the previous one */ \
     X(vec4, px_uv)                  /* what a pixel is of them */ \
-    X(vec4, jitter_uv)              /* xy: current, zw: previous */
+    X(vec4, jitter_uv)              /* xy: current, zw: previous */ \
+    X(vec4, texel_uv)               /* what a texel is of the instance's textures, zw: of those of the previous frame */ \
+    X(vec4, tile_uv)                /* the same of textures of tiles */
 
 /* Where in nrd_constants.materials */
 #define NRD_MATERIAL_LEAST_DIFFUSE    0
@@ -1506,7 +1508,7 @@ typedef struct nrdi_state {         /* one denoiser of an instance */
 typedef struct nrdi_live_pass { const nrdi_pass_row *row; uint32_t state, pipeline; } nrdi_live_pass;
 
 /* Consecutive frames of one size. */
-typedef struct nrdi_period { uint32_t number, width, height; } nrdi_period;
+typedef struct nrdi_period { uint32_t number, width, height, width_before, height_before; } nrdi_period;
 
 enum { NRDI_ALIVE = 0x6e726431, NRDI_DEAD = 0x64656164 };
 
@@ -2490,12 +2492,23 @@ static uint32_t nrdi_check_flags(const nrd *n, const nrdi_state *s)
     return (nrdi_matrix_is_jittered(n) ? NRD_FLAG_MATRIX_JITTER : 0) | (skipped ? NRD_FLAG_FRAME_INDEX : 0);
 }
 
+/* Asking a shader for them is as slow as a fetch. */
+static void nrdi_fill_sizes(const nrd *n, const nrdi_state *s, nrd_constants *c)
+{
+    const uint32_t size[4] = { n->desc.width, n->desc.height, s->reads_old ? n->period.width_before : n->desc.width, s->reads_old ? n->period.height_before : n->desc.height };
+    for (int k = 0; k < 4; k++) {
+        c->texel_uv[k] = 1.0f / (float)size[k];
+        c->tile_uv[k] = 1.0f / (float)((size[k] + 7) / 8);
+    }
+}
+
 static void nrdi_fill_constants(const nrd *n, nrdi_state *s)
 {
     nrd_constants *c = &s->constants;
     bool reset = n->frame_restart || !s->has_history || s->last_frame_index + 1 != n->frame.frame_index;
     memset(c, 0, sizeof *c);
     nrdi_fill_frame(n, c);
+    nrdi_fill_sizes(n, s, c);
     if (s->row->family == NRDI_FAMILY_REFERENCE) {
         reset |= nrdi_camera_moved(n);
         uint32_t frames = reset ? 0 : s->history_frames + 1;
@@ -2623,6 +2636,8 @@ static void nrdi_follow_size(nrd *n, nrdi_state *s)
 {
     if (n->period.width != n->desc.width || n->period.height != n->desc.height) {
         n->period.number++;
+        n->period.width_before = n->period.width;
+        n->period.height_before = n->period.height;
         n->period.width = n->desc.width;
         n->period.height = n->desc.height;
     }

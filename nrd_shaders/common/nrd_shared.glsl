@@ -82,7 +82,9 @@
     X(uint, materials) X(float, strand_thickness) X(float, responsive_roughness) X(float, responsive_frames) /* materials: four ids of 4 bits, NRD_MATERIAL_ */ \
     X(vec4, rect_px)                /* width and height of the rectangle, zw: of the previous one */ \
     X(vec4, px_uv)                  /* what a pixel is of them */ \
-    X(vec4, jitter_uv)              /* xy: current, zw: previous */
+    X(vec4, jitter_uv)              /* xy: current, zw: previous */ \
+    X(vec4, texel_uv)               /* what a texel is of the instance's textures, zw: of those of the previous frame */ \
+    X(vec4, tile_uv)                /* the same of textures of tiles */
 
 /* Where in nrd_constants.materials */
 #define NRD_MATERIAL_LEAST_DIFFUSE    0

@@ -175,7 +175,7 @@ History no_history() { return History(Lobe(0.0, 0.0, 0.0, vec3(0.0)), Lobe(0.0, 
 History fetch_history(Reprojection r, nrd_surface surface)
 {
     vec2 place = place_prev(r.uv), corner = floor(place), f = place - corner;
-    vec2 uv = (corner + 1.0) / vec2(textureSize(prev_tap, 0));   /* where the four meet */
+    vec2 uv = (corner + 1.0) * g.texel_uv.zw;   /* where the four meet */
     uvec4 x = textureGather(prev_tap, uv, 0).wzxy, y = uvec4(0u), states = uvec4(0u);
 #if defined(SPECULAR) || defined(DIRECTIONAL)
     y = textureGather(prev_tap, uv, 1).wzxy;

@@ -43,7 +43,7 @@ Footprint fetch_footprint(vec2 uv_prev)
     Footprint f;
     vec2 place = is_absent(NRD_ABSENT_MOTION) ? vec2(tile_pixel()) : place_prev(uv_prev), corner = floor(place);
     f.fraction = place - corner;
-    f.corner_uv = (corner + 1.0) / vec2(textureSize(prev_guide, 0));
+    f.corner_uv = (corner + 1.0) * g.texel_uv.zw;
     f.base = ivec2(corner);
     f.guides = textureGather(prev_guide, f.corner_uv, 0).wzxy;
     f.seconds = textureGather(prev_guide, f.corner_uv, 1).wzxy;

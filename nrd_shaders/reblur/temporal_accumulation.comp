@@ -90,7 +90,7 @@ vec3 load_specular_motion(ivec2 p) { return texelFetch(in_spec_motion, p, 0).xyz
 float load_reconstructed(int s, ivec2 p) { OF_SIGNAL(s, return texelFetch(in_diff_hit_dist, p, 0).x, return texelFetch(in_spec_hit_dist, p, 0).x) }
 vec4 load_noisy(int s, ivec2 p) { OF_SIGNAL(s, return texelFetch(in_diff, p, 0), return texelFetch(in_spec, p, 0)) }
 float load_confidence(int s, vec2 uv) { OF_SIGNAL(s, return textureLod(in_diff_confidence, uv, 0.0).x, return textureLod(in_spec_confidence, uv, 0.0).x) }
-vec2 load_change(int s, vec2 px, ivec2 rect) { OF_SIGNAL(s, return sample_tiles(prev_diff_tile, px, rect).xw, return sample_tiles(prev_spec_tile, px, rect).xw) }
+vec2 load_change(int s, vec2 px, ivec2 rect) { OF_SIGNAL(s, return sample_tiles(prev_diff_tile, px, rect, g.tile_uv.zw).xw, return sample_tiles(prev_spec_tile, px, rect, g.tile_uv.zw).xw) }
 void store_color(int s, ivec2 p, vec4 v) { OF_SIGNAL(s, imageStore(out_diff, p, v), imageStore(out_spec, p, v)) }
 void store_tile(int s, ivec2 p, uint v) { OF_SIGNAL(s, imageStore(out_diff_tile_raw, p, uvec4(v)), imageStore(out_spec_tile_raw, p, uvec4(v))) }
 
@@ -149,7 +149,7 @@ const float MOVED_FRAMES = 1.0;
 const float LEAST_HIT_DIST_NOISE = 0.03;
 
 shared vec4 s_sums[SIGNALS][64];
-shared float s_squares[8];
+shared float s_squares[SIGNALS][8];
 
 /* Where lighting changed last frame, history was rescaled then and counts as short now; it cannot be rescaled where things moved near by. */
 float shorten(float frames, int signal, vec2 uv_prev)
@@ -297,36 +297,37 @@ float shared_doubt()
 }
 
 /* Sums over the 8 x 8 pixels, divided by 64; the change of hit distances in standard errors. */
-void write_tile(int signal, float squares)
+void write_tile(int signal)
 {
     vec4 sum = vec4(0.0);
-    for (uint k = 0u; k < 8u; k++) sum += s_sums[signal][k];
+    float squares = 0.0;
+    for (uint k = 0u; k < 8u; k++) {
+        sum += s_sums[signal][k];
+        squares += s_squares[signal][k];
+    }
     float farther = sum.w * inversesqrt(squares + 64.0 * LEAST_HIT_DIST_NOISE * LEAST_HIT_DIST_NOISE) / shared_doubt();
     sum /= 64.0;
     store_tile(signal, tile, pack_change(TileChange(sum.x, sum.z, sqrt(sum.y), farther), hash(uint(tile.x), uint(tile.y), g.frame_index)));
 }
 
+/* Eight threads a signal sum columns, then one of each signal the columns' sums. */
 void write_tiles()
 {
-    uint i = gl_LocalInvocationIndex;
+    uint i = gl_LocalInvocationIndex, s = i >> 3, column = i & 7u;
     barrier();
-    for (int s = 0; s < SIGNALS && i < 8u; s++) {
-        vec4 row = vec4(0.0);
+    if (s < uint(SIGNALS)) {
+        vec4 sum = vec4(0.0);
         float squares = 0.0;
         for (uint k = 0u; k < 8u; k++) {
-            vec4 one = s_sums[s][i + 8u * k];
-            row += one;
+            vec4 one = s_sums[s][column + 8u * k];
+            sum += one;
             squares += one.w * one.w;
         }
-        s_sums[s][i] = row;
-        if (s != SPECULAR_SIGNAL) s_squares[i] = squares;
+        s_sums[s][column] = sum;
+        s_squares[s][column] = squares;
     }
     barrier();
-    for (int s = 0; s < SIGNALS && i == 0u; s++) {
-        float squares = 0.0;
-        for (uint k = 0u; k < 8u && s != SPECULAR_SIGNAL; k++) squares += s_squares[k];
-        write_tile(s, squares);
-    }
+    if (i < uint(SIGNALS)) write_tile(int(i));
 }
 
 void process(ivec2 pixel)

@@ -59,7 +59,7 @@ float nearness_of(uvec2 word, Kernel k) { return exp2(depth_bits(word) * k.nearn
 void add_near(ivec2 pixel, Kernel k, inout Sum s)
 {
     const int next[4] = int[4](1, 3, 0, 2);
-    vec2 scale = 1.0 / vec2(textureSize(in_mean, 0));
+    vec2 scale = g.texel_uv.xy;
     bvec3 columns = bvec3(pixel.x > 0, true, pixel.x + 1 < rect_size().x), rows = bvec3(pixel.y > 0, true, pixel.y + 1 < rect_size().y);
     UNROLL for (int corner = 0; corner < 4; corner++) {
         ivec2 at = ivec2(corner & 1, corner >> 1);
