@@ -56,12 +56,16 @@ const float LOBE_SHIFT = 0.2;
 const float LEAST_FOOTPRINT = 0.35;   /* px; below, bilinear reconstruction smears more */
 
 /* Sums over the pixels of a quad, per lobe. Quads are told apart by their mean depth: one across an edge lies on neither side's plane. */
-shared float s_view_z[SPAN * SPAN];   /* 0: none */
 #ifdef DIFFUSE
-shared vec3 s_diffuse[SPAN * SPAN];   /* samples, their reciprocals, normalised hit distances */
+shared vec4 s_diffuse[SPAN * SPAN];   /* samples, their reciprocals, normalised hit distances; mean view z, 0: none */
 #endif
 #ifdef SPECULAR
-shared vec3 s_specular[SPAN * SPAN];
+shared vec4 s_specular[SPAN * SPAN];
+#endif
+#ifdef DIFFUSE
+#define QUAD_Z(i) s_diffuse[i].w
+#else
+#define QUAD_Z(i) s_specular[i].w
 #endif
 shared vec4 s_changes[64];            /* of this group's pixels, per lobe: sample minus history, most that its variance can be; 0: no history to speak of */
 #ifdef DIFFUSE
@@ -123,18 +127,18 @@ void load_quads()
         vec4 usable;
         for (int k = 0; k < 4; k++) usable[k] = in_rect(ivec2(x[k], y[k])) && !is_sky(z[k]) ? 1.0 : 0.0;
         float number = sum_of(usable);
-        s_view_z[i] = number > 0.0 ? sum_of(mix(vec4(0.0), abs(z), greaterThan(usable, vec4(0.0)))) / number : 0.0;
+        float mean_z = number > 0.0 ? sum_of(mix(vec4(0.0), abs(z), greaterThan(usable, vec4(0.0)))) / number : 0.0;
 #ifdef DIFFUSE
         vec4 diffuse = vec4(0.0);
         if (!is_checkerboarded(DIFFUSE_LOBE)) diffuse = gather_diffuse(corner);
         else for (int k = 0; k < 4; k++) diffuse[k] = load_diffuse(ivec2(x[k], y[k]));
-        s_diffuse[i] = quad_sums(diffuse, usable);
+        s_diffuse[i] = vec4(quad_sums(diffuse, usable), mean_z);
 #endif
 #ifdef SPECULAR
         vec4 specular = vec4(0.0);
         if (!is_checkerboarded(SPECULAR_LOBE)) specular = gather_specular(corner);
         else for (int k = 0; k < 4; k++) specular[k] = load_specular(ivec2(x[k], y[k]));
-        s_specular[i] = quad_sums(specular, usable);
+        s_specular[i] = vec4(quad_sums(specular, usable), mean_z);
 #endif
     }
     barrier();
@@ -300,14 +304,14 @@ Around look_around(ivec2 pixel, float z, vec3 normal, vec2 noisy)
     UNROLL for (int i = 0; i < 9; i++) {
         ivec2 offset = ivec2(i % 3, i / 3) - 1;
         int at = (quad.y + offset.y + 1) * SPAN + quad.x + offset.x + 1;
-        float quad_z = s_view_z[at];
+        float quad_z = QUAD_Z(at);
         float same = quad_z != 0.0 && abs(plane_distance(plane, center + vec2(offset) * 2.0, quad_z)) < 1.0 ? 1.0 : 0.0;
 #ifdef DIFFUSE
-        a.diffuse.samples += same * s_diffuse[at];
+        a.diffuse.samples += same * s_diffuse[at].xyz;
         a.diffuse.changes += same * s_diffuse_changes[at];
 #endif
 #ifdef SPECULAR
-        a.specular.samples += same * s_specular[at];
+        a.specular.samples += same * s_specular[at].xyz;
         a.specular.changes += same * s_specular_changes[at];
 #endif
     }
