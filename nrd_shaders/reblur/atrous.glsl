@@ -8,8 +8,8 @@
 struct AtrousSums {
     vec3 color;
     float weight;
-    float variance, noise;   /* of the centre; sum of weight^2 * variance */
-    float luma, least;       /* of the centre; the least variance that tells lumas apart */
+    float noise;             /* sum of weight^2 * variance */
+    float luma, least;       /* of the centre; its variance, and the least that tells lumas apart */
 #ifdef SH
     LightSums light;
 #endif
@@ -20,9 +20,9 @@ AtrousSums start_sums(vec4 color)
     AtrousSums s;
     s.color = color.xyz;
     s.weight = 1.0;
-    s.variance = s.noise = color.w * color.w;
+    s.noise = color.w * color.w;
     s.luma = color.x;
-    s.least = 1e-12 * color.x * color.x + 1e-24;
+    s.least = s.noise + 1e-12 * color.x * color.x + 1e-24;
     return s;
 }
 
@@ -31,7 +31,7 @@ AtrousSums start_sums(vec4 color)
 float add_tap(inout AtrousSums s, vec4 tap, float factor, float exponent)
 {
     float tap_variance = tap.w * tap.w;
-    float luma = abs(s.luma - tap.x) * inversesqrt(s.variance + tap_variance + s.least);
+    float luma = abs(s.luma - tap.x) * inversesqrt(tap_variance + s.least);
     float w = factor * exp2(exponent - LOG2_E * 1.4142136 / g.luminance_sigma_scale * luma);
     if (!(w > 0.0)) return 0.0;   /* what is not usable may hold NaN */
     s.color += w * tap.xyz;

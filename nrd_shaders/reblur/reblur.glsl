@@ -19,7 +19,7 @@ struct Center {
     float frames[SIGNALS];
 #endif
 #ifdef SPECULAR
-    float roughness, roughness_scale;
+    float roughness_point, roughness_scale;
     float lobe_scale;       /* exponent per 1 - cos of the angle to a neighbour's normal */
     float footprint_scale;  /* exponent per squared distance, steps */
 #endif
@@ -56,8 +56,7 @@ void set_lobe(inout Center c, float roughness, float tracked, float z, vec2 uv)
 {
     float alpha = max(roughness * roughness, 1e-4), tolerance = atan(alpha) + 0.01;
     float footprint = lobe_footprint(alpha, tracked, z, uv) / float(max(push.step_size, 1));
-    c.roughness = roughness;
-    c.roughness_scale = 1.0 / (0.1 * roughness + 0.01);
+    c.roughness_scale = (256.0 / 255.0) / (0.1 * roughness + 0.01);
     c.lobe_scale = -LOG2_E * max(1.0 / (tolerance * tolerance), g.normal_sensitivity);
     c.footprint_scale = -0.5 * LOG2_E / max(FOOTPRINT_WIDTH * FOOTPRINT_WIDTH * footprint * footprint, 1e-4);
 }
@@ -82,6 +81,7 @@ Center make_center(ivec2 pixel, uvec2 guide, float slack, float tracked)
     c.material = max(c.own_material, g.min_material);
     float z = guide_relative_depth(guide.x) * g.denoising_range;
 #ifdef SPECULAR
+    c.roughness_point = guide_roughness_point(guide);
     set_lobe(c, guide_roughness(guide), tracked, z, pixel_uv(pixel));
 #endif
     vec2 uv = pixel_uv(pixel);
@@ -128,7 +128,7 @@ float lobe_factor(Center c, int signal, uvec2 guide)
 {
     if (!same_material_for(signal == SPECULAR_SIGNAL ? NRD_MATERIAL_LEAST_SPECULAR : NRD_MATERIAL_LEAST_DIFFUSE, guide.x >> 30, c.own_material)) return 0.0;
 #ifdef SPECULAR
-    if (signal == SPECULAR_SIGNAL) return clamp(1.0 - abs(guide_roughness(guide) - c.roughness) * c.roughness_scale, 0.0, 1.0);
+    if (signal == SPECULAR_SIGNAL) return clamp(1.0 - abs(guide_roughness_point(guide) - c.roughness_point) * c.roughness_scale, 0.0, 1.0);
 #endif
     return 1.0;
 }

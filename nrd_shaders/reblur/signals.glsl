@@ -66,7 +66,9 @@ Track unpack_track(uint t) { return Track(float((t >> 8) & 255u) / 255.0, unpack
 uint pack_frames(float frames) { return uint(clamp(frames, 0.0, 63.75) * 4.0 + 0.5); }
 float guide_frames(uvec2 guide, int signal) { return float((guide.y >> (8 * signal)) & 255u) * 0.25; }
 
-float guide_roughness(uvec2 guide) { return uintBitsToFloat(((guide.y & 0xff0000u) >> 1) | 0x3f800000u) * (256.0 / 255.0) - 256.0 / 255.0; }
+/* Roughness times 255 / 256, and 1. */
+float guide_roughness_point(uvec2 guide) { return uintBitsToFloat(((guide.y & 0xff0000u) >> 1) | 0x3f800000u); }
+float guide_roughness(uvec2 guide) { return guide_roughness_point(guide) * (256.0 / 255.0) - 256.0 / 255.0; }
 
 float distance_to_camera(vec2 uv, float z) { return mix(length(view_position(uv, z, g.frustum, g.orthographic)), z, g.orthographic); }
 

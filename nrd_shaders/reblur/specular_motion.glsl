@@ -117,6 +117,7 @@ Tracking track_hit_distance(ivec2 pixel, nrd_surface surface)
     return Tracking(own < 0.0 ? nearest : mix(own, nearest, clamp(footprint / 0.5, 0.0, 1.0)), sqrt(max(sums.y / max(sums.z, 1.0) - mean * mean, 0.0)));
 }
 
+/* From the four pixels beside it: those at the corners tell no more. */
 Curvature measure_curvature(ivec2 pixel, vec3 normal)
 {
     Curvature c;
@@ -125,8 +126,7 @@ Curvature measure_curvature(ivec2 pixel, vec3 normal)
     CurvatureSums s = CurvatureSums(mat2(0.0), vec3(0.0), 0.0, 0.0);
     make_tangents(normal, c.tangent, c.bitangent);
     vec3 normal_vs = normal * mat3(g.view_to_world), tangent_vs = c.tangent * mat3(g.view_to_world), bitangent_vs = c.bitangent * mat3(g.view_to_world);
-    UNROLL for (int i = 0; i < 9; i++) {
-        if (i == 4) continue;
+    UNROLL for (int i = 1; i < 9; i += 2) {
         ivec2 offset = ivec2(i % 3, i / 3) - 1;
         vec4 tap = s_surface[own_cell() + offset.x + SIDE * offset.y];
         vec3 move = view_position(ray_uv(pixel + offset), tap.w, g.frustum, g.orthographic) - position;
@@ -167,12 +167,17 @@ vec3 newton_step(vec3 point, vec3 normal, vec3 target, Curvature c, mat2 turn, o
     return tangent * move.x + bitangent * move.y;
 }
 
+/* The mean is one of stereographic points: of unit length, and decoded once. */
 vec3 mean_normal(Footprint f, vec3 otherwise)
 {
-    vec3 sum = vec3(0.0);
-    UNROLL for (int i = 0; i < 4; i++)
-        if (f.weights[i] > 0.0) sum += f.weights[i] * guide_normal(guide_fine_point(uvec2(f.guides[i], f.seconds[i])));
-    return dot(sum, sum) > 1e-6 ? normalize(sum) * mat3(g.world_to_view_prev) : otherwise;
+    vec2 sum = vec2(0.0);
+    float weight = 0.0;
+    UNROLL for (int i = 0; i < 4; i++) {
+        if (!(f.weights[i] > 0.0)) continue;
+        sum += f.weights[i] * guide_fine_point(uvec2(f.guides[i], f.seconds[i]));
+        weight += f.weights[i];
+    }
+    return weight > 1e-3 ? guide_normal(sum / weight) * mat3(g.world_to_view_prev) : otherwise;
 }
 
 /* Nothing around was sampled: what history tracked. */
