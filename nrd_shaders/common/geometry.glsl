@@ -18,10 +18,7 @@ vec2 ray_uv(ivec2 pixel) { return pixel_uv(pixel) + jitter_uv(); }
 float pixel_size(float z) { return g.pixel_unproject * mix(z, 1.0, g.orthographic); }
 
 /* World size of the shorter side of the picture at view depth z. */
-float frustum_size(float z)
-{
-    return float(min(g.rect_width, g.rect_height)) * pixel_size(z);
-}
+float frustum_size(float z) { return g.camera.w * mix(z, 1.0, g.orthographic); }
 
 /* uv of a view-space position of the previous frame; far outside when behind the camera. */
 vec2 project_prev(vec3 position_vs)

@@ -69,7 +69,7 @@
     X(vec4, hit_distance)           /* A, B, C, D of nrd_hit_dist_scale */ \
     X(vec4, jitter_delta)           /* xy: current - previous, px; z: what part of its diameter the light of a shadow has moved by; w: unused */ \
     X(vec4, light)                  /* view space: unit vector to a directional light (w 0), position of a local one (w 1); xyz 0: unknown */ \
-    X(vec4, camera)                 /* xyz: its world position */ \
+    X(vec4, camera)                 /* xyz: its world position; w: world size of the rectangle's shorter side at view z 1 */ \
     X(uint, rect_width) X(uint, rect_height) X(uint, rect_width_prev) X(uint, rect_height_prev) \
     X(uint, rect_origin_x) X(uint, rect_origin_y) X(uint, frame_index) X(uint, reset) \
     X(float, orthographic) X(float, orthographic_prev) X(float, pixel_unproject) X(float, view_z_scale) \

@@ -54,7 +54,7 @@ const float FOOTPRINT_WIDTH = 2.4;   /* standard deviation of the kernel, footpr
 
 void set_lobe(inout Center c, float roughness, float tracked, float z, vec2 uv)
 {
-    float alpha = max(roughness * roughness, 1e-4), tolerance = atan(alpha) + 0.01;
+    float alpha = max(roughness * roughness, 1e-4), tolerance = alpha / (1.0 + 0.28 * alpha * alpha) + 0.01;   /* atan(alpha) */
     float footprint = lobe_footprint(alpha, tracked, z, uv) / float(max(push.step_size, 1));
     c.roughness_scale = (256.0 / 255.0) / (0.1 * roughness + 0.01);
     c.lobe_scale = -LOG2_E * max(1.0 / (tolerance * tolerance), g.normal_sensitivity);
