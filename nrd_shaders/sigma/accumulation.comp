@@ -164,6 +164,11 @@ Reprojection find_previous(ivec2 pixel, float signed_z)
     return r;
 }
 
+/* What was no penumbra in the frame before has been exact for some time: at the ends of wide penumbrae, where a ray in dozens tells otherwise, such a
+   ray would else be taken for all there is to know, and come and go with its neighbours as a blot (they were a quarter of the flicker of long
+   penumbrae). Frames: more and what has jumped lags. Not of tiles without a penumbra, which keep no depth. */
+const float EXACT_FRAMES = 6.0;
+
 History no_history() { return History(NO_LIGHT, 0.0, 0.0); }
 
 History fetch_history(ivec2 pixel, vec3 normal_vs, float signed_z, float width_px)
@@ -180,7 +185,7 @@ History fetch_history(ivec2 pixel, vec3 normal_vs, float signed_z, float width_p
     Plane plane = make_plane(mat3(g.view_to_view_prev) * normal_vs, r.position, (corner + 0.5) / size_prev + jitter_prev_uv(), 1.0 / size_prev,
                              g.frustum_prev, g.orthographic_prev, 1.0 / r.tolerance, 1.0);
     vec4 w = vec4((1.0 - part.x) * (1.0 - part.y), part.x * (1.0 - part.y), (1.0 - part.x) * part.y, part.x * part.y);
-    float area = 0.0, sum = 0.0;
+    float area = 0.0, sum = 0.0, least_age = EXACT_FRAMES * smoothstep(1.0, 2.0, width_px);
     UNROLL for (int i = 0; i < 4; i++) {
         ivec2 offset = ivec2(i & 1, i >> 1);
         bool inside = all(lessThan(uvec2(ivec2(corner) + offset), uvec2(g.rect_width_prev, g.rect_height_prev)));
@@ -192,7 +197,7 @@ History fetch_history(ivec2 pixel, vec3 normal_vs, float signed_z, float width_p
         sum += w[i];
         h.mean += w[i] * visibility_of(word);
         h.stabilized += w[i] * history_stabilized(word);
-        h.age += w[i] * history_age(word);
+        h.age += w[i] * max(history_age(word), mix(0.0, least_age, on_plane));
     }
     if (!(sum > 0.01)) return no_history();
     h.mean /= sum;
