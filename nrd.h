@@ -122,7 +122,8 @@ extern "C" {
 #define NRD_FEATURE_VALIDATION                 128 /* nrd_frame.validation draws inputs and histories into OUT_VALIDATION */
 #define NRD_FEATURE_SPECULAR_MOTION            256 /* IN_SPEC_MV, nrd_frame.specular_motion */
 #define NRD_FEATURE_MATERIALS                  512 /* min_material_for_ of each signal, strand and camera-attached materials */
-#define NRD_FEATURE_ALL                       1023
+#define NRD_FEATURE_ROUGHNESS_LIMIT           1024 /* specular_roughness_limit; NRD_ABSENT_SKY then has no effect */
+#define NRD_FEATURE_ALL                       2047
 
 /* What an app may promise in nrd_desc.absent; passes, textures, inputs and code that only this would need disappear. NRD_ABSENCES says
    what each means. */
@@ -155,7 +156,7 @@ extern "C" {
     X(vec4, frustum_prev) \
     X(vec4, motion_scale)           /* w: anti_firefly_scale, 0 or at least 1 */ \
     X(vec4, hit_distance)           /* A, B, C, D of nrd_hit_dist_scale */ \
-    X(vec4, jitter_delta)           /* xy: current - previous, px; z: what part of its diameter the light of a shadow has moved by; w: unused */ \
+    X(vec4, jitter_delta)           /* xy: current - previous, px; z: what part of its diameter the light of a shadow has moved by; w: specular_roughness_limit, 2: none */ \
     X(vec4, light)                  /* view space: unit vector to a directional light (w 0), position of a local one (w 1); xyz 0: unknown */ \
     X(vec4, camera)                 /* xyz: its world position; w: world size of the rectangle's shorter side at view z 1 */ \
     X(uint, rect_width) X(uint, rect_height) X(uint, rect_width_prev) X(uint, rect_height_prev) \
@@ -420,7 +421,8 @@ NRD_DECL bool nrd_format_is_uint(nrd_format format);
     X(float, responsive_roughness, 0.0f, 0.0f, 1.0f, "", "specular history is shorter on surfaces smoother than this, the shorter the smoother: reacts faster, is noisier; 0 off") \
     X(float, responsive_min_frames, 4.0f, 0.0f, 63.0f, "frames", "what it is shortened to at least, at roughness 0") \
     X(uint, performance_mode, 0, 0, 2, "", "1: the last two filter steps take 4 neighbours instead of 8: 6 % less time, a little noisier; 2: two filter steps instead of four: 25 to 36 % less time, noisier") \
-    X(float, anti_firefly_scale, 0.0f, 0.0f, 1000.0f, "times the second brightest of 3x3 pixels", "accumulated luma above this is cut to it (below 1 counts as 1): less leaves fewer bright dots and takes more light away; 0 off; needs max_blur_radius")
+    X(float, anti_firefly_scale, 0.0f, 0.0f, 1000.0f, "times the second brightest of 3x3 pixels", "accumulated luma above this is cut to it (below 1 counts as 1): less leaves fewer bright dots and takes more light away; 0 off; needs max_blur_radius") \
+    X(float, specular_roughness_limit, 0.0f, 0.0f, 1.0f, "", "surfaces rougher than this have no specular signal, as it is not traced there: the input is not read and the output not written, as in the sky; less takes less time; 0 off: all have one (needs NRD_FEATURE_ROUGHNESS_LIMIT)")
 
 #define NRD_OCCLUSION_SETTINGS(X) \
     X(float, hit_distance_a, 3.0f, 1e-4f, 1e6f, "units", "hit distance that normalises to 1 at view z 0 (same value as in nrd_normalize_hit_dist)") \
@@ -796,7 +798,7 @@ enum { NRDI_GROUP_WORDS = 4 };    /* numbers of groups in x, y, z; tiles in the 
 
 /* Why a pass runs, or a binding is not replaced by its stand-in; evaluated every frame. */
 enum { NRDI_ALWAYS = 0, NRDI_IF_PREPASS = 1, NRDI_IF_BLUR = 2, NRDI_IF_ANTILAG = 4, NRDI_IF_SPLIT = 8, NRDI_IF_CONFIDENCE = 16, NRDI_IF_THRESHOLD_MIX = 32,
-       NRDI_IF_SPEC_PREPASS = 64, NRDI_IF_RECONSTRUCTION = 128, NRDI_IF_SPECULAR_MOTION = 256, NRDI_IF_SKY = 512, NRDI_IF_MOTION = 4096, NRDI_IF_STABILIZED = 8192, NRDI_IF_VALIDATION = 16384, NRDI_IF_CHECK = 32768 };
+       NRDI_IF_SPEC_PREPASS = 64, NRDI_IF_RECONSTRUCTION = 128, NRDI_IF_SPECULAR_MOTION = 256, NRDI_IF_SKY = 512, NRDI_IF_ROUGHNESS_LIMIT = 1024, NRDI_IF_MOTION = 4096, NRDI_IF_STABILIZED = 8192, NRDI_IF_VALIDATION = 16384, NRDI_IF_CHECK = 32768 };
 
 /* What a pass is bound to: a nrd_resource, or a texture of the denoiser: of this frame, or the previous frame's half of a ping-pong pair. */
 #define NRDI_TEXTURE(i) (64 + (i))
@@ -854,6 +856,10 @@ static const nrdi_texture_row nrdi_common_rows[] = {
 #define NRDI_LIST_TILES NRDI_WRITE(NRDI_TILE_LIST), { NRDI_TEXTURE(NRDI_TILE_GROUPS), NRD_ACCESS_BUFFER, 0, 0 }, { NRDI_PREVIOUS(NRDI_TILE_GROUPS), NRD_ACCESS_BUFFER, 0, 0 }
 #define NRDI_FIND_TILES \
     { "tiles", "tiles", NRDI_IF_SKY, 0, NRDI_TILE_PX, 0, { NRDI_IN(IN_VIEWZ), NRDI_WRITE(NRDI_TILE_AGE), NRDI_LIST_TILES, NRDI_STOP } }
+/* Of denoisers of the specular signal alone: surfaces without one are left out, too. */
+#define NRDI_FIND_GLOSSY_TILES \
+    { "tiles", "glossy_tiles", NRDI_IF_SKY, 0, NRDI_TILE_PX, 0, \
+      { NRDI_IN(IN_VIEWZ), NRDI_WRITE(NRDI_TILE_AGE), NRDI_LIST_TILES, NRDI_IN_IF(IN_NORMAL_ROUGHNESS, NRDI_IF_ROUGHNESS_LIMIT, IN_VIEWZ), NRDI_STOP } }
 
 enum { NRDI_TAP, NRDI_STATE };
 #define NRDI_LOBE_DIFF 0
@@ -967,7 +973,7 @@ static const nrdi_denoiser_row nrdi_rows[] = {
 #if NRDI_WITH(REBLUR_SPECULAR)
     { NRDI_FAMILY_REBLUR,
       { NRDI_REBLUR_TEXTURES },
-      { NRDI_FIND_TILES, NRDI_RECONSTRUCTION(SPEC, ""), NRDI_PREPASS(SPEC, "reblur_prepass_specular", "", NRDI_IF_SPEC_PREPASS),
+      { NRDI_FIND_GLOSSY_TILES, NRDI_RECONSTRUCTION(SPEC, ""), NRDI_PREPASS(SPEC, "reblur_prepass_specular", "", NRDI_IF_SPEC_PREPASS),
         { "temporal accumulation", "reblur_temporal_accumulation_specular", NRDI_ALWAYS, 0, 0, 0,
           { NRDI_ACCUMULATION_GUIDES, NRDI_READ_PREV(NRDI_SPEC_TRACK), NRDI_WRITE(NRDI_SPEC_TRACK), NRDI_ACCUMULATION_SIGNAL(SPEC, NRDI_IF_SPEC_PREPASS), NRDI_SPECULAR_EXTRAS, NRDI_TILES, NRDI_STOP } },
         NRDI_LIGHTING_CHANGE(SPEC, ""),
@@ -1129,7 +1135,7 @@ static const nrdi_denoiser_row nrdi_rows[] = {
 #if NRDI_WITH(REBLUR_SPECULAR_SH)
     { NRDI_FAMILY_REBLUR,      /* the previous half of SPEC_TRACK is dead after accumulation, too */
       { NRDI_REBLUR_TEXTURES },
-      { NRDI_FIND_TILES, NRDI_RECONSTRUCTION_OF(SPEC, SPEC_SH0, ""), NRDI_PREPASS_SH(SPEC, "reblur_prepass_specular_sh", "", NRDI_IF_SPEC_PREPASS),
+      { NRDI_FIND_GLOSSY_TILES, NRDI_RECONSTRUCTION_OF(SPEC, SPEC_SH0, ""), NRDI_PREPASS_SH(SPEC, "reblur_prepass_specular_sh", "", NRDI_IF_SPEC_PREPASS),
         { "temporal accumulation", "reblur_temporal_accumulation_specular_sh", NRDI_ALWAYS, 0, 0, 0,
           { NRDI_ACCUMULATION_GUIDES, NRDI_READ_PREV(NRDI_SPEC_TRACK), NRDI_WRITE(NRDI_SPEC_TRACK), NRDI_ACCUMULATION_OF(SPEC, SPEC_SH0, NRDI_IF_SPEC_PREPASS),
             NRDI_SPECULAR_EXTRAS_OF(SPEC_SH0), NRDI_ACCUMULATION_SH(SPEC, NRDI_IF_SPEC_PREPASS), NRDI_TILES, NRDI_STOP } },
@@ -1672,6 +1678,7 @@ static const nrdi_reason nrdi_reasons[] = {
     { NRDI_IF_THRESHOLD_MIX, NRDI_LACKS(DISOCCLUSION_THRESHOLD_MIX), "nrd_frame.disocclusion_threshold_mix_available is 0" },
     { NRDI_IF_RECONSTRUCTION, NRDI_LACKS(HIT_DISTANCE_RECONSTRUCTION), "hit_distance_reconstruction is 0" },
     { NRDI_IF_SPECULAR_MOTION, NRDI_LACKS(SPECULAR_MOTION), "nrd_frame.specular_motion is 0" },
+    { NRDI_IF_ROUGHNESS_LIMIT, NRDI_LACKS(ROUGHNESS_LIMIT), "specular_roughness_limit is 0" },
     { NRDI_IF_BLUR, NRDI_RULED_OUT(BLUR), "max_blur_radius is 0 (or performance_mode is 2; occlusion: 1)" },
     { NRDI_IF_ANTILAG, NRDI_RULED_OUT(LIGHTING_CHANGE), "antilag_sensitivity is 0" },
     { NRDI_IF_SKY, NRDI_RULED_OUT(SKY), NULL },
@@ -2042,6 +2049,7 @@ nrd_result nrd_create(const nrd_desc *desc, nrd **out)
     nrdi_lay_out(n, memory, desc->denoiser_count);
     n->alive = NRDI_ALIVE;
     n->desc = *desc;
+    if (desc->features & NRD_FEATURE_ROUGHNESS_LIMIT) n->desc.absent &= ~(uint32_t)NRD_ABSENT_SKY;   /* pixels without a signal are marked as those */
     nrdi_compile(n);
     *out = n;
     return NRD_RESULT_OK;
@@ -2204,6 +2212,7 @@ static nrd_result nrdi_check_declared(const nrd_desc *d, nrdi_settings_list list
         { "hit_distance_reconstruction", "NRD_FEATURE_HIT_DISTANCE_RECONSTRUCTION", NRD_FEATURE_HIT_DISTANCE_RECONSTRUCTION },
         { "diffuse_checkerboard", "NRD_FEATURE_CHECKERBOARD", NRD_FEATURE_CHECKERBOARD },
         { "specular_checkerboard", "NRD_FEATURE_CHECKERBOARD", NRD_FEATURE_CHECKERBOARD },
+        { "specular_roughness_limit", "NRD_FEATURE_ROUGHNESS_LIMIT", NRD_FEATURE_ROUGHNESS_LIMIT },
     };
     for (size_t k = 0; k < sizeof needs / sizeof needs[0]; k++)
         for (uint32_t i = 0; i < list.count; i++) {
@@ -2310,6 +2319,7 @@ static void nrdi_fill_frame(const nrd *n, nrd_constants *c)
     c->motion_scale[2] = f->motion_scale_z;
     c->jitter_delta[0] = f->camera.jitter[0] - n->camera_prev.jitter[0];
     c->jitter_delta[1] = f->camera.jitter[1] - n->camera_prev.jitter[1];
+    c->jitter_delta[3] = 2;
     for (int k = 0; k < 3; k++) c->camera[k] = (float)now.position[k];
     c->camera[3] = (float)(f->rect_width < f->rect_height ? f->rect_width : f->rect_height) * now.unproject;
     c->rect_width = f->rect_width;
@@ -2379,6 +2389,7 @@ static void nrdi_fill_reblur(const nrdi_state *state, float resolution_scale, nr
     c->history_fix_frames = s->history_fix_frames;
     c->responsive_roughness = s->responsive_roughness;
     c->responsive_frames = s->responsive_min_frames;
+    if (s->specular_roughness_limit > 0) c->jitter_delta[3] = s->specular_roughness_limit;
     c->feedback_frames = s->feedback_frames;
     c->motion_scale[3] = s->anti_firefly_scale > 0 ? fmaxf(s->anti_firefly_scale, 1.0f) : 0.0f;
     c->max_blur_radius = s->max_blur_radius * resolution_scale;
@@ -2550,6 +2561,7 @@ static uint32_t nrdi_conditions(const nrd *n, const nrdi_state *s)
     if (c->flags & NRD_FLAG_SPECULAR_PREPASS) on |= NRDI_IF_SPEC_PREPASS;
     if (c->flags & NRD_FLAG_RECONSTRUCTION) on |= NRDI_IF_RECONSTRUCTION;
     if (c->flags & NRD_FLAG_SPECULAR_MOTION) on |= NRDI_IF_SPECULAR_MOTION;
+    if (c->jitter_delta[3] < 2) on |= NRDI_IF_ROUGHNESS_LIMIT;
     if (c->max_blur_radius > 0 && !nrdi_leaves_steps_out(s)) on |= NRDI_IF_BLUR;
     if (c->flags & NRD_FLAG_ANTILAG) on |= NRDI_IF_ANTILAG;
     if (c->flags & NRD_FLAG_HISTORY_CONFIDENCE) on |= NRDI_IF_CONFIDENCE;

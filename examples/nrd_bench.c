@@ -1,11 +1,12 @@
 /* nrd-bench: device time of every pass on a synthetic scene.
 
-   nrd-bench [--denoiser NAME,...] [--size WxH] [--frames N] [--device N] [--penumbra SHARE] [--sky SHARE] [--absent NAME,...]
-             [--features 0..15] [--plan 1] [--costs 1] [--copy MB]
+   nrd-bench [--denoiser NAME,...] [--size WxH] [--frames N] [--device N] [--penumbra SHARE] [--sky SHARE] [--rough SHARE]
+             [--absent NAME,...] [--features BITS] [--plan 1] [--costs 1] [--copy MB]
    Prints the median over the frames in microseconds per pass, their sum, the bytes that the passes read and write per second, and what
    the denoisers are made of: passes, modules, SPIR-V, memory, time of creation.
    --penumbra: share of the pixels that lie in a penumbra, for shadows; the rest is lit and dark in equal parts.
    --sky: share of the picture that is sky, from the top; 1: nothing but sky.
+   --rough: share of the picture, from the left, that is too rough for a specular signal, where the features have NRD_FEATURE_ROUGHNESS_LIMIT.
    --absent, --features: nrd_desc.absent and .features.
    --plan 1: only what they are made of; needs no device.  --costs 1: the rows of nrd.h's table of passes.
    --copy: no denoiser, but plain copies that move this many megabytes in all, and a fourth and a sixteenth of them. */
@@ -189,6 +190,7 @@ static bool parse(int argc, char **argv, options *o)
                || (!strcmp(argv[i], "--frames") && (o->frames = (uint32_t)atoi(value)) > 0 && o->frames <= MAX_FRAMES)
                || (!strcmp(argv[i], "--penumbra") && parse_share(value, &o->scene.penumbra))
                || (!strcmp(argv[i], "--sky") && parse_share(value, &o->scene.sky))
+               || (!strcmp(argv[i], "--rough") && parse_share(value, &o->scene.rough))
                || (!strcmp(argv[i], "--absent") && (!*value || settings_parse_absences(value, &o->absent)))
                || (!strcmp(argv[i], "--features") && sscanf(value, "%u", &o->features) == 1 && o->features <= NRD_FEATURE_ALL)
                || (!strcmp(argv[i], "--plan") && sscanf(value, "%u", &o->plan) == 1)
@@ -196,7 +198,7 @@ static bool parse(int argc, char **argv, options *o)
                || (!strcmp(argv[i], "--copy") && sscanf(value, "%f", &o->copy_mb) == 1 && o->copy_mb > 0 && o->copy_mb <= 16384)
                || (!strcmp(argv[i], "--denoiser") && parse_denoisers(value, o))
                || (!strcmp(argv[i], "--device") && sscanf(value, "%d", &o->device) == 1);
-        if (!ok) return fprintf(stderr, "nrd-bench: %s %s: usage: nrd-bench [--denoiser NAME,...] [--size WxH] [--frames 1..%d] [--device N] [--penumbra 0..1] [--sky 0..1] "
+        if (!ok) return fprintf(stderr, "nrd-bench: %s %s: usage: nrd-bench [--denoiser NAME,...] [--size WxH] [--frames 1..%d] [--device N] [--penumbra 0..1] [--sky 0..1] [--rough 0..1] "
                                 "[--absent NAME,...] [--features 0..%d] [--plan 0|1] [--costs 0|1] [--copy MB]\n", argv[i], value, MAX_FRAMES, NRD_FEATURE_ALL), false;
     }
     return true;
@@ -212,7 +214,7 @@ static void clean_up(void)
 
 int main(int argc, char **argv)
 {
-    options o = { .scene = { 1920, 1080, 0.2f, 0 }, .frames = 60, .denoisers = { { 0, NRD_DENOISER_REBLUR_DIFFUSE } }, .denoiser_count = 1,
+    options o = { .scene = { 1920, 1080, 0.2f, 0, 0 }, .frames = 60, .denoisers = { { 0, NRD_DENOISER_REBLUR_DIFFUSE } }, .denoiser_count = 1,
                   .names = "reblur_diffuse" };
     char error[256];
     if (!parse(argc, argv, &o)) return 2;

@@ -19,6 +19,8 @@ typedef struct stage {
     gpu_image images[NRD_RESOURCE_COUNT];
     bool (*is_sky)(uint32_t x, uint32_t y, uint32_t frame);   /* NULL: nowhere */
     int (*light)(uint32_t x, uint32_t y, uint32_t frame);     /* 1: all rays arrive, -1: none, 0: half of them. NULL: 0 */
+    bool (*is_rough)(uint32_t x, uint32_t y, uint32_t frame); /* roughness 0.8 instead of 0.3; NULL: on the right */
+    bool rubbish;                                             /* what is rough has NaN and whatever as specular inputs */
     uint32_t rect_width, rect_height;                         /* px; 0: all */
 } stage;
 
@@ -31,11 +33,11 @@ static inline VkFormat stage_format(nrd_resource resource)
 }
 
 /* callbacks: NULL, or a desc with those for device memory, or to find the functions of the device. */
-static inline void stage_open(stage *s, nrd_denoiser denoiser, uint32_t absent, const nrd_vk_desc *callbacks)
+static inline void stage_open_with(stage *s, nrd_denoiser denoiser, uint32_t features, uint32_t absent, const nrd_vk_desc *callbacks)
 {
     nrd_denoiser_desc one = { STAGE_IDENTIFIER, denoiser };
     memset(s, 0, sizeof *s);
-    nrd_desc desc = spied_desc(&s->spy, &one, 1, STAGE_WIDTH, STAGE_HEIGHT, 0);
+    nrd_desc desc = spied_desc(&s->spy, &one, 1, STAGE_WIDTH, STAGE_HEIGHT, features);
     desc.absent = absent;
     assert_int_equal(nrd_create(&desc, &s->instance), NRD_RESULT_OK);
     nrd_vk_desc vk = { .instance = s->instance, .vk_instance = device.instance, .physical = device.physical, .device = device.device,
@@ -50,6 +52,8 @@ static inline void stage_open(stage *s, nrd_denoiser denoiser, uint32_t absent, 
             assert_true(gpu_image_create(&device, STAGE_WIDTH, STAGE_HEIGHT, stage_format((nrd_resource)i), nrd_resource_name((nrd_resource)i), &s->images[i]));
 }
 
+static inline void stage_open(stage *s, nrd_denoiser denoiser, uint32_t absent, const nrd_vk_desc *callbacks) { stage_open_with(s, denoiser, 0, absent, callbacks); }
+
 static inline void stage_close(stage *s)
 {
     nrd_vk_destroy(s->vk);
@@ -57,7 +61,8 @@ static inline void stage_close(stage *s)
     for (int i = 0; i < NRD_RESOURCE_COUNT; i++) gpu_image_destroy(&device, &s->images[i]);
 }
 
-/* Default settings but for those that are to be 0, where the denoiser has them; shadows get a sun. */
+/* Default settings but for those that are to be 0, where the denoiser has them; shadows get a sun. Surfaces that are rough have no specular signal
+   where NRD_FEATURE_ROUGHNESS_LIMIT is declared. */
 static inline void stage_set(stage *s, const char *const zeros[3])
 {
     nrd_denoiser denoiser = nrd_get_info(s->instance)->denoisers[0].denoiser;
@@ -67,19 +72,22 @@ static inline void stage_set(stage *s, const char *const zeros[3])
     put_setting_by_name(denoiser, &settings, "light_y", 0.7);
     put_setting_by_name(denoiser, &settings, "light_z", -0.5);
     put_setting_by_name(denoiser, &settings, "light_radius", 0.05);
+    if (s->instance->desc.features & NRD_FEATURE_ROUGHNESS_LIMIT) put_setting_by_name(denoiser, &settings, "specular_roughness_limit", 0.5);
     for (int i = 0; i < 3 && zeros[i]; i++) put_setting_by_name(denoiser, &settings, zeros[i], 0);
     assert_int_equal(nrd_set_settings(s->instance, STAGE_IDENTIFIER, &settings), NRD_RESULT_OK);
 }
 
 static inline bool stage_is_floor(uint32_t y) { return y > STAGE_HEIGHT / 2; }
 
-static inline void stage_fill_guides(float *z, uint32_t *normals)
+static inline bool stage_is_rough(const stage *s, uint32_t x, uint32_t y, uint32_t frame) { return s->is_rough ? s->is_rough(x, y, frame) : x >= STAGE_WIDTH / 2; }
+
+static inline void stage_fill_guides(const stage *s, uint32_t frame, float *z, uint32_t *normals)
 {
     static const float up[3] = { 0, 1, 0 }, back[3] = { 0, 0, -1 };
     for (uint32_t i = 0; i < STAGE_PIXELS; i++) {
         uint32_t x = i % STAGE_WIDTH, y = i / STAGE_WIDTH;
         z[i] = stage_is_floor(y) ? 8.0f / (float)(2 * y + 1 - STAGE_HEIGHT) : 8.0f;
-        normals[i] = pack_normal_roughness(stage_is_floor(y) ? up : back, x < STAGE_WIDTH / 2 ? 0.3f : 0.8f, x / 8 % 4);
+        normals[i] = pack_normal_roughness(stage_is_floor(y) ? up : back, stage_is_rough(s, x, y, frame) ? 0.8f : 0.3f, x / 8 % 4);
     }
 }
 
@@ -103,17 +111,29 @@ static inline void stage_set_light(const stage *s, uint32_t frame, uint16_t (*te
     }
 }
 
+static inline void stage_set_rubbish(const stage *s, uint32_t frame, uint16_t (*texels)[4])
+{
+    for (uint32_t i = 0; s->rubbish && i < STAGE_PIXELS; i++)
+        for (uint32_t k = 0; k < 4 && stage_is_rough(s, i % STAGE_WIDTH, i / STAGE_WIDTH, frame); k++) texels[i][k] = i % 3 ? 0x7e00 : (uint16_t)(40503u * (i + k));
+}
+
+static inline bool stage_is_specular(int resource)
+{
+    return resource == NRD_RESOURCE_IN_SPEC_RADIANCE_HITDIST || resource == NRD_RESOURCE_IN_SPEC_SH0 || resource == NRD_RESOURCE_IN_SPEC_SH1;
+}
+
 static inline void stage_upload(stage *s, uint32_t frame)
 {
     static float z[STAGE_PIXELS];
     static uint32_t normals[STAGE_PIXELS];
     static uint16_t texels[STAGE_PIXELS][4];
-    stage_fill_guides(z, normals);
+    stage_fill_guides(s, frame, z, normals);
     for (uint32_t i = 0; i < STAGE_PIXELS; i++) if (s->is_sky && s->is_sky(i % STAGE_WIDTH, i / STAGE_WIDTH, frame)) z[i] = 1e6f;
     for (int i = 0; i < NRD_RESOURCE_COUNT; i++) {
         if (!s->images[i].view || nrd_resource_format((nrd_resource)i) != NRD_FORMAT_ANY) continue;
         stage_fill_noise((nrd_resource)i, frame, texels);
         if (i == NRD_RESOURCE_IN_PENUMBRA) stage_set_light(s, frame, texels);
+        if (stage_is_specular(i)) stage_set_rubbish(s, frame, texels);
         const void *from = i == NRD_RESOURCE_IN_VIEWZ ? (const void *)z : i == NRD_RESOURCE_IN_NORMAL_ROUGHNESS ? (const void *)normals : (const void *)texels;
         assert_true(gpu_upload(&device, &s->images[i], from));
     }

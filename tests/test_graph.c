@@ -57,7 +57,7 @@ static run run_mode(nrd *instance, uint32_t frame_index, uint32_t mode)
 typedef void property(nrd *instance, uint32_t features, uint32_t mode);
 
 /* Those that change nothing but what is compiled. */
-enum { FEATURES_OF_CODE = NRD_FEATURE_CHECKERBOARD | NRD_FEATURE_MATERIALS };
+enum { FEATURES_OF_CODE = NRD_FEATURE_CHECKERBOARD | NRD_FEATURE_MATERIALS | NRD_FEATURE_ROUGHNESS_LIMIT };
 
 /* The checker and the overlay only add a pass at the end: with nothing else and with everything else will do. */
 static bool is_tedious(uint32_t features)

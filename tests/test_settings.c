@@ -283,11 +283,12 @@ static void every_setting_does_what_it_is_there_for(void **state)
     bench_close(&b);
 }
 
-/* What other tests ask of every denoiser: test_every_reblur, test_overlay, test_conventions, test_inputs, test_occlusion, and nrd-stress (the sky). */
+/* What other tests ask of every denoiser: test_every_reblur, test_overlay, test_conventions, test_inputs, test_occlusion,
+   test_tiles (roughness), and nrd-stress (the sky). */
 static bool is_tested_elsewhere(const char *name)
 {
     static const char *const names[] = { "split_screen", "validation", "motion_mode", "specular_motion", "diffuse_checkerboard", "specular_checkerboard",
-                                         "return_history_length_instead_of_occlusion", "denoising_range" };
+                                         "return_history_length_instead_of_occlusion", "denoising_range", "specular_roughness_limit" };
     bool is = false;
     for (size_t i = 0; i < sizeof names / sizeof names[0]; i++) is |= !strcmp(name, names[i]);
     return is;

@@ -1,4 +1,4 @@
-/* Tiles that are all sky, and those without a penumbra: leaving them out changes no bit, of the outputs of this frame or of any after it, and
+/* Tiles that are all sky, those without a penumbra, and those whose surfaces are too rough for a specular signal: leaving them out changes no bit, of the outputs of this frame or of any after it, and
    nothing runs on them. */
 #define NRD_IMPLEMENTATION
 #define NRD_VK_IMPLEMENTATION
@@ -40,19 +40,28 @@ static void fill_outputs(stage *s)
 typedef bool sky_of(uint32_t x, uint32_t y, uint32_t frame);
 typedef int light_of(uint32_t x, uint32_t y, uint32_t frame);
 
-static void open_both_lit(nrd_denoiser denoiser, sky_of *is_sky, light_of *light)
+/* What stands on a stage. */
+typedef struct scenery { sky_of *is_sky; light_of *light; sky_of *is_rough; uint32_t features; } scenery;
+
+static void dress(stage *s, const scenery *with)
+{
+    s->is_sky = with->is_sky;
+    s->light = with->light;
+    s->is_rough = with->is_rough;
+    stage_set(s, nothing);
+    fill_outputs(s);
+}
+
+static void open_both_with(nrd_denoiser denoiser, const scenery *with)
 {
     nrd_vk_desc callbacks = { .get_device_proc = find_function };
-    stage_open(&listed, denoiser, 0, NULL);
-    stage_open(&whole, denoiser, 0, &callbacks);
-    for (int i = 0; i < 2; i++) {
-        stage *s = i ? &whole : &listed;
-        s->is_sky = is_sky;
-        s->light = light;
-        stage_set(s, nothing);
-        fill_outputs(s);
-    }
+    stage_open_with(&listed, denoiser, with->features, 0, NULL);
+    stage_open_with(&whole, denoiser, with->features, 0, &callbacks);
+    dress(&listed, with);
+    dress(&whole, with);
 }
+
+static void open_both_lit(nrd_denoiser denoiser, sky_of *is_sky, light_of *light) { open_both_with(denoiser, &(scenery){ is_sky, light, NULL, 0 }); }
 
 static void open_both(nrd_denoiser denoiser, sky_of *is_sky) { open_both_lit(denoiser, is_sky, NULL); }
 
@@ -73,6 +82,8 @@ static void close_both(void)
 }
 
 static bool is_on_tiles(nrd_denoiser d) { return d != NRD_DENOISER_REFERENCE; }
+static bool is_of_reflections(nrd_denoiser d) { return d == NRD_DENOISER_REBLUR_SPECULAR || d == NRD_DENOISER_REBLUR_SPECULAR_SH; }
+static bool is_of_both(nrd_denoiser d) { return d == NRD_DENOISER_REBLUR_DIFFUSE_SPECULAR || d == NRD_DENOISER_REBLUR_DIFFUSE_SPECULAR_SH; }
 static bool is_shadow(nrd_denoiser d) { return d == NRD_DENOISER_SIGMA_SHADOW || d == NRD_DENOISER_SIGMA_SHADOW_TRANSLUCENCY; }
 
 /* ---------------------------------------------------------------------------------------------------------------------------
@@ -210,6 +221,98 @@ static void a_half_sky_takes_the_groups_of_the_other_half(void **state)
     close_both();
 }
 
+/* ---------------------------------------------------------------------------------------------------------------------------
+   Surfaces too rough for a specular signal  >>rough */
+static bool nowhere(uint32_t x, uint32_t y, uint32_t frame) { (void)x; (void)y; (void)frame; return false; }
+
+/* Roughness that moves over the surfaces, a tile and more a frame. */
+static bool wanders(uint32_t x, uint32_t y, uint32_t frame) { return (x + 11 * frame) / 16 % 2 == (y / 12 + frame / 7) % 2; }
+
+/* A wall of which the tiles in the middle have one smooth pixel each. */
+static bool almost_everywhere(uint32_t x, uint32_t y, uint32_t frame) { (void)frame; return !(x == 23 && y == 8) && !(x == 31 && y == 15); }
+
+static const scenery rough_sceneries[] = {
+    { NULL, NULL, wanders, NRD_FEATURE_ROUGHNESS_LIMIT },
+    { comes_and_goes, NULL, wanders, NRD_FEATURE_ALL & ~(NRD_FEATURE_HISTORY_CONFIDENCE | NRD_FEATURE_DISOCCLUSION_THRESHOLD_MIX) },
+};
+
+/* Nor does what the specular inputs hold there. */
+static void leaving_out_tiles_that_are_too_rough_changes_no_bit_of_any_frame(void **state)
+{
+    (void)state;
+    for (int d = 0; d < NRD_DENOISER_COUNT; d++) {
+        if (!is_of_reflections((nrd_denoiser)d) && !is_of_both((nrd_denoiser)d)) continue;
+        for (size_t k = 0; k < sizeof rough_sceneries / sizeof rough_sceneries[0]; k++) {
+            open_both_with((nrd_denoiser)d, &rough_sceneries[k]);
+            whole.rubbish = true;
+            for (uint32_t frame = 0; frame < 20; frame++) run_both(frame, frame < 16 ? 0 : 19 + frame % 9, 0, "roughness that wanders over rubbish");
+            close_both();
+        }
+    }
+}
+
+/* Bytes of an output that differ where `where` holds. */
+static size_t count_changes(nrd_resource output, const uint8_t *before, sky_of *where)
+{
+    static uint8_t now[STAGE_PIXELS * 16];
+    uint32_t size = gpu_format_size(listed.images[output].format);
+    size_t changes = 0;
+    assert_true(gpu_download(&device, &listed.images[output], now));
+    for (uint32_t i = 0; i < STAGE_PIXELS; i++)
+        for (uint32_t k = 0; k < size && where(i % STAGE_WIDTH, i / STAGE_WIDTH, 0); k++) changes += now[i * size + k] != before[i * size + k];
+    return changes;
+}
+
+static void outputs_stay_as_they_are_where_it_is_too_rough(void **state)
+{
+    static uint8_t before[STAGE_PIXELS * 16];
+    static const nrd_resource outputs[] = { NRD_RESOURCE_OUT_SPEC_RADIANCE_HITDIST, NRD_RESOURCE_OUT_SPEC_SH0, NRD_RESOURCE_OUT_SPEC_SH1 };
+    (void)state;
+    for (int d = 0; d < NRD_DENOISER_COUNT; d++) {
+        if (!is_of_reflections((nrd_denoiser)d) && !is_of_both((nrd_denoiser)d)) continue;
+        open_both_with((nrd_denoiser)d, &(scenery){ NULL, NULL, almost_everywhere, NRD_FEATURE_ROUGHNESS_LIMIT });
+        for (int k = 0; k < 3; k++) {
+            if (!listed.images[outputs[k]].view) continue;
+            fill_outputs(&listed);
+            assert_true(gpu_download(&device, &listed.images[outputs[k]], before));
+            for (uint32_t frame = 0; frame < 6; frame++) stage_run(&listed, frame, NULL);
+            assert_int_equal(count_changes(outputs[k], before, almost_everywhere), 0);
+            assert_true(count_changes(outputs[k], before, everywhere) > 0);
+        }
+        close_both();
+    }
+}
+
+static void a_limit_changes_nothing_where_all_is_smoother(void **state)
+{
+    static const nrd_denoiser some[] = { NRD_DENOISER_REBLUR_SPECULAR, NRD_DENOISER_REBLUR_DIFFUSE_SPECULAR_SH };
+    (void)state;
+    for (int k = 0; k < 2; k++) {
+        const scenery with = { above, NULL, nowhere, 0 };
+        stage_open(&whole, some[k], 0, NULL);
+        stage_open_with(&listed, some[k], NRD_FEATURE_ROUGHNESS_LIMIT, 0, NULL);
+        dress(&whole, &with);
+        dress(&listed, &with);
+        for (uint32_t frame = 0; frame < 8; frame++) run_both(frame, 0, 0, "a limit");
+        close_both();
+    }
+}
+
+static void tiles_that_are_too_rough_take_no_groups_from_their_third_frame_on(void **state)
+{
+    (void)state;
+    open_both_with(NRD_DENOISER_REBLUR_SPECULAR, &(scenery){ NULL, NULL, almost_everywhere, NRD_FEATURE_ROUGHNESS_LIMIT });
+    for (uint32_t frame = 0; frame < 5; frame++) {
+        run_both(frame, 0, 0, "almost everything too rough");
+        assert_int_equal(groups_of(&listed)[3], frame < 2 ? STAGE_PIXELS / 64 : 2);
+    }
+    close_both();
+    open_both_with(NRD_DENOISER_REBLUR_DIFFUSE_SPECULAR, &(scenery){ NULL, NULL, everywhere, NRD_FEATURE_ROUGHNESS_LIMIT });
+    for (uint32_t frame = 0; frame < 5; frame++) run_both(frame, 0, 0, "all too rough, but the diffuse signal is there");
+    assert_int_equal(groups_of(&listed)[3], STAGE_PIXELS / 64);
+    close_both();
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -220,6 +323,10 @@ int main(void)
         cmocka_unit_test(leaving_out_tiles_without_penumbra_changes_no_bit_of_any_frame),
         cmocka_unit_test(an_edge_of_shadow_takes_the_groups_of_the_tiles_beside_it),
         cmocka_unit_test(a_half_sky_takes_the_groups_of_the_other_half),
+        cmocka_unit_test(leaving_out_tiles_that_are_too_rough_changes_no_bit_of_any_frame),
+        cmocka_unit_test(outputs_stay_as_they_are_where_it_is_too_rough),
+        cmocka_unit_test(a_limit_changes_nothing_where_all_is_smoother),
+        cmocka_unit_test(tiles_that_are_too_rough_take_no_groups_from_their_third_frame_on),
     };
     return cmocka_run_group_tests(tests, open_validated_device, close_device);
 }

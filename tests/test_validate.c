@@ -505,6 +505,7 @@ static void what_needs_an_undeclared_feature_is_refused(void **state)
         { NRD_DENOISER_COUNT, "specular_motion", 2, NRD_FEATURE_SPECULAR_MOTION, "NRD_FEATURE_SPECULAR_MOTION" },
         { NRD_DENOISER_REBLUR_DIFFUSE, "diffuse_checkerboard", 1, NRD_FEATURE_CHECKERBOARD, "NRD_FEATURE_CHECKERBOARD" },
         { NRD_DENOISER_REBLUR_DIFFUSE, "specular_checkerboard", 2, NRD_FEATURE_CHECKERBOARD, "NRD_FEATURE_CHECKERBOARD" },
+        { NRD_DENOISER_REBLUR_DIFFUSE, "specular_roughness_limit", 0.5, NRD_FEATURE_ROUGHNESS_LIMIT, "NRD_FEATURE_ROUGHNESS_LIMIT" },
         { NRD_DENOISER_REBLUR_DIFFUSE, "hit_distance_reconstruction", 1, NRD_FEATURE_HIT_DISTANCE_RECONSTRUCTION, "NRD_FEATURE_HIT_DISTANCE_RECONSTRUCTION" },
     };
     spy s;

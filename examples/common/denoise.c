@@ -398,6 +398,7 @@ static uint32_t features_for(const denoise_desc *desc, const capture *frame)
         { "hit_distance_reconstruction", NRD_FEATURE_HIT_DISTANCE_RECONSTRUCTION },
         { "diffuse_checkerboard", NRD_FEATURE_CHECKERBOARD },
         { "specular_checkerboard", NRD_FEATURE_CHECKERBOARD },
+        { "specular_roughness_limit", NRD_FEATURE_ROUGHNESS_LIMIT },
     };
     uint32_t features = (has_confidence(frame) ? NRD_FEATURE_HISTORY_CONFIDENCE : 0) | (desc->check ? NRD_FEATURE_CHECK : 0)
                       | (desc->overlay ? NRD_FEATURE_VALIDATION : 0);
@@ -759,10 +760,21 @@ static bool is_sky(const capture *frame, const float *view_z, size_t i)
     return view_z && fabsf(view_z[i]) >= frame->denoising_range;
 }
 
-/* Texels to an image of the signal, and w to `occlusion` (NULL: not wanted). */
+/* Roughness from which on the output may not have been written: what is stored differs from the capture's by up to 0.001. Infinite: all is. */
+static float unwritten_roughness(const denoise_desc *desc, const output_row *row)
+{
+    float limit = 0;
+    for (uint32_t i = 0; row->signal == SIGNAL_SPECULAR && i < desc->setting_count; i++)
+        if (!strcmp(desc->settings[i].name, "specular_roughness_limit"))
+            limit = (float)desc->settings[i].value;
+    return limit > 0 ? limit - 0.001f : INFINITY;
+}
+
+/* Where nothing is written, the noisy input stays. Texels to an image of the signal, and w to `occlusion` (NULL: not wanted). */
 static bool unpack_output(const denoise *d, const output_row *row, const capture *frame, image *out, image *occlusion)
 {
     const float *view_z = row->keeps_sky ? capture_find_plane(frame, "viewZ") : NULL;
+    const float *roughness = capture_find_plane(frame, "roughness"), least = unwritten_roughness(&d->desc, row);
     signal_id signal = signal_of(&d->desc, row);
     if (!signal_get(frame, NULL, signal, SOURCE_NOISY, out))
         return false;
@@ -770,7 +782,7 @@ static bool unpack_output(const denoise *d, const output_row *row, const capture
         return false;
     for (size_t i = 0; i < image_pixels(out); i++) {
         float rgbw[4];
-        if (is_sky(frame, view_z, i))
+        if (is_sky(frame, view_z, i) || (roughness && roughness[i] > least))
             continue;
         row->unpack(d->texels, i, rgbw);
         for (int k = 0; k < out->channels; k++)

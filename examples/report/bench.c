@@ -10,6 +10,7 @@
 #include <time.h>
 
 enum { TILE = 8 };
+static const float roughness = 0.5f, too_rough = 0.9f, roughness_limit = 0.7f;
 
 /* Inputs that get noise; of one denoiser each another image. */
 static const nrd_resource noisy[] = { NRD_RESOURCE_IN_DIFF_RADIANCE_HITDIST, NRD_RESOURCE_IN_SPEC_RADIANCE_HITDIST, NRD_RESOURCE_IN_SIGNAL,
@@ -49,7 +50,7 @@ static void surface(const bench_scene *s, uint32_t x, uint32_t y, float *z, floa
     normal[0] = bump / length;
     normal[1] = is_floor ? 1.0f : 0.0f;
     normal[2] = is_floor ? 0.0f : -1 / length;
-    normal[3] = 0.5f;
+    normal[3] = (float)x < s->rough * (float)s->width ? too_rough : roughness;
 }
 
 /* Creates the image where it is new. */
@@ -163,14 +164,17 @@ nrd_result bench_instance(const nrd_desc *desc, nrd **out)
 {
     nrd_desc with_normals = *desc;
     nrd_sigma_settings sun = nrd_sigma_defaults();
+    nrd_reblur_settings limited = nrd_reblur_defaults();
     sun.light_x = 0.5f;
     sun.light_y = 0.7f;
     sun.light_z = -0.5f;
+    limited.specular_roughness_limit = desc->features & NRD_FEATURE_ROUGHNESS_LIMIT ? roughness_limit : 0;
     with_normals.normal_encoding = NRD_NORMAL_FORMAT_RGBA16_SNORM;
     nrd_result result = nrd_create(&with_normals, out);
     for (uint32_t i = 0; !result && i < desc->denoiser_count; i++) {
         nrd_denoiser d = desc->denoisers[i].denoiser;
         if (d == NRD_DENOISER_SIGMA_SHADOW || d == NRD_DENOISER_SIGMA_SHADOW_TRANSLUCENCY) result = nrd_set_settings(*out, desc->denoisers[i].identifier, &sun);
+        else if (nrd_settings_size(d) == sizeof limited) result = nrd_set_settings(*out, desc->denoisers[i].identifier, &limited);
     }
     return result;
 }

@@ -14,6 +14,7 @@ typedef struct bench_scene {
     uint32_t width, height;
     float penumbra;  /* share of the pixels that lie in a penumbra, for shadows; the rest is lit and dark in equal parts */
     float sky;       /* share of the picture that is sky, from the top */
+    float rough;     /* share of the picture, from the left, that is too rough for a specular signal, where NRD_FEATURE_ROUGHNESS_LIMIT is declared */
 } bench_scene;
 
 /* Inputs, and outputs of all that runs on them: denoisers take turns. */

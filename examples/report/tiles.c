@@ -103,7 +103,7 @@ static bool measure(report *r)
 {
     static bench_run runs[NRD_DENOISER_COUNT];
     const report_size size = size_of(r);
-    const bench_scene scene = { (uint32_t)size.width, (uint32_t)size.height, 0.2f, 0 };
+    const bench_scene scene = { (uint32_t)size.width, (uint32_t)size.height, 1, 0, 0 };
     bench b;
     r->tile_count = 0;
     bool ok = bench_open(&b, &r->gpu, &scene) ? open_runs(r, &b, runs) && time_shares(r, &b, runs) : report_fail(r, "%s", gpu_error(&r->gpu));

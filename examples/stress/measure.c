@@ -158,7 +158,8 @@ void watch_outputs(watch *w, const rig *r)
         for (uint32_t y = 0; y < r->height; y++)
             for (uint32_t x = 0; x < r->width; x++) {
                 bool inside = x < r->rect_width && y < r->rect_height;
-                if (inside && !rig_is_sky(r, x, y)) watch_pixel(w, r, s, x, y);
+                if (inside && r->frame.split_screen > 0 && rig_is_too_rough(r, s, x, y)) continue;   /* shows the input to the left */
+                if (inside && !rig_is_sky(r, x, y) && !rig_is_too_rough(r, s, x, y)) watch_pixel(w, r, s, x, y);
                 else w->touched += r->texels[out][4 * ((size_t)y * r->width + x)] != rig_untouched(out);
             }
     }
@@ -184,7 +185,7 @@ static moments moments_of(const rig *r, uint32_t signal, double (*value)(const r
     double sum = 0, squares = 0, n = 0;
     for (uint32_t y = 0; y < r->rect_height; y++)
         for (uint32_t x = 0; x < r->rect_width; x++) {
-            if (rig_is_sky(r, x, y)) continue;
+            if (rig_is_sky(r, x, y) || rig_is_too_rough(r, signal, x, y)) continue;
             double v = value(r, signal, x, y);
             sum += v, squares += v * v, n++;
         }

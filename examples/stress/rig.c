@@ -110,6 +110,7 @@ void rig_open(rig *r, const rig_desc *desc)
     r->denoiser = desc->denoiser;
     r->width = desc->width;
     r->height = desc->height;
+    r->normal_encoding = desc->normal_encoding;
     nrd_denoiser_desc one = { RIG_IDENTIFIER, desc->denoiser };
     nrd_desc core = { .width = desc->width, .height = desc->height, .denoisers = &one, .denoiser_count = 1, .features = desc->features,
                       .normal_encoding = desc->normal_encoding, .message = keep_message, .message_user = r };
@@ -199,6 +200,23 @@ bool rig_is_sky(const rig *r, uint32_t x, uint32_t y)
 {
     const float *z = r->texels[NRD_RESOURCE_IN_VIEWZ] ? rig_texel(r, NRD_RESOURCE_IN_VIEWZ, x, y) : NULL;
     return z && !(fabsf(*z * r->frame.view_z_scale) < r->frame.denoising_range);
+}
+
+/* As the denoiser understands it. */
+static float stored_roughness(const rig *r, uint32_t x, uint32_t y)
+{
+    const float *t = rig_texel(r, NRD_RESOURCE_IN_NORMAL_ROUGHNESS, x, y);
+    size_t i = (size_t)(t - r->texels[NRD_RESOURCE_IN_NORMAL_ROUGHNESS]) / 4;
+    uint32_t packed = r->raw_normals ? r->raw_normals[i] : pack_normal_roughness(t, t[3], r->material[i]);
+    return r->normal_encoding == NRD_NORMAL_FORMAT_RGB10A2_UNORM ? fabsf((float)(packed >> 20 & 1023) / 1023.0f * 2 - 1) : (float)(packed >> 30) / 3.0f;
+}
+
+bool rig_is_too_rough(const rig *r, uint32_t signal, uint32_t x, uint32_t y)
+{
+    nrd_resource out = r->signals[signal].out;
+    bool specular = out == NRD_RESOURCE_OUT_SPEC_RADIANCE_HITDIST || out == NRD_RESOURCE_OUT_SPEC_SH0 || out == NRD_RESOURCE_OUT_SPEC_SH1;
+    double limit = 0;
+    return specular && settings_get(r->denoiser, &r->settings, "specular_roughness_limit", &limit) && limit > 0 && stored_roughness(r, x, y) > (float)limit;
 }
 
 static void put_motion(rig *r, const surface *s, uint32_t x, uint32_t y)

@@ -75,6 +75,7 @@ struct rig {
     gpu_image images[NRD_RESOURCE_COUNT];
     float *texels[NRD_RESOURCE_COUNT];         /* four per pixel: inputs to be uploaded, outputs as downloaded */
     uint8_t *material;
+    uint32_t normal_encoding;                  /* the image is RGB10A2 under all of them */
     uint32_t *raw_normals;                     /* instead of the packed normals where not NULL */
     void *packed, *sent[NRD_RESOURCE_COUNT];   /* sent: what the images of inputs hold */
     char message[256];                         /* the last error */
@@ -106,6 +107,7 @@ void rig_put_guides(rig *r);
 float *rig_texel(const rig *r, nrd_resource resource, uint32_t x, uint32_t y); /* within the rectangle, wherever it lies in that image */
 surface rig_surface(const rig *r, uint32_t x, uint32_t y);
 bool rig_is_sky(const rig *r, uint32_t x, uint32_t y);
+bool rig_is_too_rough(const rig *r, uint32_t signal, uint32_t x, uint32_t y); /* for that signal, by specular_roughness_limit */
 
 void rig_upload(rig *r, nrd_resource resource);
 void rig_upload_all(rig *r); /* inputs, and rig_untouched() into the outputs */

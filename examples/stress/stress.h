@@ -15,7 +15,7 @@
     X(ANTILAG_RANGE, 3, "output beyond that range with antilag, which may scale history by up to 4") \
     X(OCCLUSION_RANGE, 0.05, "occlusion beyond that range: its antilag shifts history by what the mean of samples changes") \
     X(COLOUR, 0.01, "negative colour, hit distance beyond [0,1], direction longer than its length; of the luma") \
-    X(UNTOUCHED, 0, "pixels of the sky or outside of the rectangle that were written") \
+    X(UNTOUCHED, 0, "pixels of the sky, too rough for a signal or outside of the rectangle that were written") \
     X(REFUSALS, 0, "wrong calls that were accepted, or refused without naming what is wrong; right ones that were refused") \
     X(MEAN, 0.002, "error of the mean over the picture and 61 frames of noise that repeat, relative; here and below occlusion and shadows: of 1") \
     X(SHADOW_MEAN, 0.004, "error of that mean of shadows") \

@@ -335,7 +335,7 @@ void check_pixel(ivec2 pixel)
     check_motion(s);
     vec4 first = texelFetch(in_first, pixel, 0);
     if (has_diffuse()) check_lobe(s, DIFFUSE, first, 1.0);
-    if (has_specular()) check_lobe(s, SPECULAR, texelFetch(in_second, pixel, 0), s.roughness);
+    if (has_specular() && !is_too_rough(s.roughness)) check_lobe(s, SPECULAR, texelFetch(in_second, pixel, 0), s.roughness);
     if (has_direction()) check_direction(s, first);
     if (has_shadow()) check_shadow(s);
 }

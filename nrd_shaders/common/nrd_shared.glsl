@@ -34,7 +34,8 @@
 #define NRD_FEATURE_VALIDATION                 128 /* nrd_frame.validation draws inputs and histories into OUT_VALIDATION */
 #define NRD_FEATURE_SPECULAR_MOTION            256 /* IN_SPEC_MV, nrd_frame.specular_motion */
 #define NRD_FEATURE_MATERIALS                  512 /* min_material_for_ of each signal, strand and camera-attached materials */
-#define NRD_FEATURE_ALL                       1023
+#define NRD_FEATURE_ROUGHNESS_LIMIT           1024 /* specular_roughness_limit; NRD_ABSENT_SKY then has no effect */
+#define NRD_FEATURE_ALL                       2047
 
 /* What an app may promise in nrd_desc.absent; passes, textures, inputs and code that only this would need disappear. NRD_ABSENCES says
    what each means. */
@@ -67,7 +68,7 @@
     X(vec4, frustum_prev) \
     X(vec4, motion_scale)           /* w: anti_firefly_scale, 0 or at least 1 */ \
     X(vec4, hit_distance)           /* A, B, C, D of nrd_hit_dist_scale */ \
-    X(vec4, jitter_delta)           /* xy: current - previous, px; z: what part of its diameter the light of a shadow has moved by; w: unused */ \
+    X(vec4, jitter_delta)           /* xy: current - previous, px; z: what part of its diameter the light of a shadow has moved by; w: specular_roughness_limit, 2: none */ \
     X(vec4, light)                  /* view space: unit vector to a directional light (w 0), position of a local one (w 1); xyz 0: unknown */ \
     X(vec4, camera)                 /* xyz: its world position; w: world size of the rectangle's shorter side at view z 1 */ \
     X(uint, rect_width) X(uint, rect_height) X(uint, rect_width_prev) X(uint, rect_height_prev) \

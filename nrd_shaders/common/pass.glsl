@@ -52,6 +52,10 @@ vec4 sample_tiles(sampler2D tiles, vec2 position_px, ivec2 rect, vec2 tile_uv)
 /* NaN counts as sky. */
 bool is_sky(float view_z) { return !is_absent(NRD_ABSENT_SKY) && !(abs(view_z) < g.denoising_range); }
 
+/* Has no specular signal: specular_roughness_limit. */
+const bool HAS_ROUGHNESS_LIMIT = (SPEC_FEATURES & NRD_FEATURE_ROUGHNESS_LIMIT) != 0;
+bool is_too_rough(float roughness) { return HAS_ROUGHNESS_LIMIT && roughness > g.jitter_delta.w; }
+
 /* One 32-bit hash of three numbers: the finaliser of MurmurHash3 (A. Appleby) over a Weyl sum. */
 uint hash(uint x, uint y, uint z)
 {

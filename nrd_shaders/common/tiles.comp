@@ -1,4 +1,5 @@
-/* Reads   view z, for how many frames each tile of 8 x 8 pixels has been all sky.
+/* Reads   view z, for how many frames each tile of 8 x 8 pixels has been all sky. With GLOSSY also roughness: what is too rough to have a specular
+           signal counts as sky.
    Writes  that age, the list of the other tiles, how many groups they take.
    Filters do nothing in the sky but mark it, in textures of this frame and of the next: what has been sky for LEAST_AGE frames is marked
    everywhere, and no pass needs to go there until something appears.
@@ -11,21 +12,36 @@ layout(binding = 1) uniform sampler2D in_view_z;
 layout(binding = 2, r8) uniform image2D tile_age;
 #define LIST 3
 #include "list.glsl"
+#ifdef GLOSSY
+layout(binding = 6) uniform sampler2D in_normal_roughness;   /* without a limit another image */
+#endif
 
 const uint LEAST_AGE = 3u;        /* this frame and both halves of ping-pong textures before it */
 
 bool is_surface(float view_z) { return !is_sky(view_z * g.view_z_scale); }
 
-/* Of a tile whose first pixel is sky. */
+/* View z of 2 x 2 pixels from `quad` on, as textureGather orders them; infinite where a surface does not count. */
+vec4 gather_view_z(ivec2 quad)
+{
+    vec4 z = textureGather(in_view_z, vec2(quad + 1) / vec2(textureSize(in_view_z, 0)), 0);
+#ifdef GLOSSY
+    if (!HAS_ROUGHNESS_LIMIT) return z;
+    vec2 uv = vec2(quad + 1) / vec2(textureSize(in_normal_roughness, 0));
+    vec4 roughness = SPEC_NORMAL_FORMAT == NRD_NORMAL_FORMAT_RGB10A2_UNORM ? textureGather(in_normal_roughness, uv, 2) : textureGather(in_normal_roughness, uv, 3);
+    UNROLL for (int i = 0; i < 4; i++)
+        if (is_too_rough(nrd_decode_roughness(roughness[i], SPEC_NORMAL_FORMAT, SPEC_ROUGHNESS_FORMAT))) z[i] = uintBitsToFloat(0x7f800000u);
+#endif
+    return z;
+}
+
 bool has_surface(ivec2 first)
 {
     ivec2 last = rect_size() - 1 + rect_origin();
-    vec2 scale = 1.0 / vec2(textureSize(in_view_z, 0));
     for (int y = first.y; y < min(first.y + 8, last.y + 1); y += 2) {
         bvec4 found = bvec4(false);
         UNROLL for (int x = 0; x < 8; x += 2) {
             ivec2 quad = ivec2(min(first.x + x, last.x), y);
-            vec4 z = textureGather(in_view_z, vec2(quad + 1) * scale, 0);
+            vec4 z = gather_view_z(quad);
             found.w = found.w || is_surface(z.w);
             found.z = found.z || (quad.x < last.x && is_surface(z.z));
             found.x = found.x || (quad.y < last.y && is_surface(z.x));
@@ -34,6 +50,15 @@ bool has_surface(ivec2 first)
         if (any(found)) return true;
     }
     return false;
+}
+
+/* Of most tiles this tells. */
+bool starts_with_surface(ivec2 first)
+{
+#ifdef GLOSSY
+    if (HAS_ROUGHNESS_LIMIT) return is_surface(gather_view_z(first).w);
+#endif
+    return is_surface(texelFetch(in_view_z, first, 0).x);
 }
 
 /* A tile that the rectangle has cut is another one when the rectangle changes. */
@@ -47,9 +72,8 @@ bool was_whole(ivec2 tile)
 uint update_age(ivec2 tile)
 {
     ivec2 first = tile * 8 + rect_origin();
-    float view_z = texelFetch(in_view_z, first, 0).x;
     uint before = uint(imageLoad(tile_age, tile).x * 255.0 + 0.5), age = 0u;
-    if (!is_surface(view_z) && !has_surface(first)) age = was_whole(tile) ? min(before + 1u, LEAST_AGE) : 1u;
+    if (!starts_with_surface(first) && !has_surface(first)) age = was_whole(tile) ? min(before + 1u, LEAST_AGE) : 1u;
     if (age != before) imageStore(tile_age, tile, vec4(float(age) / 255.0));
     return age;
 }

@@ -49,7 +49,7 @@ const float LONE_WEIGHT = 1.0;
 bool is_turned(ivec2 pixel, vec4 color[SIGNALS])
 {
     bool noisy = false;
-    UNROLL for (int s = 0; s < SIGNALS; s++) noisy = noisy || color[s].w > WEAVING * color[s].x;
+    UNROLL for (int s = 0; s < SIGNALS; s++) IF_HEARD(s) noisy = noisy || color[s].w > WEAVING * color[s].x;
     return noisy && (hash(uint(pixel.x), uint(pixel.y), g.frame_index) & 1u) != 0u;
 }
 
@@ -58,7 +58,7 @@ void add_neighbour(Center c, Neighbour n, float kernel_weight, inout AtrousSums 
     uvec2 guide = texelFetch(in_guide, n.pixel, 0).xy;
     float w = plane_weight(c, n, guide.x) * kernel_weight, bend = normal_bend(c, guide), normal_scale = -LOG2_E * g.normal_sensitivity;
     SH_ONLY(vec4 light[SIGNALS]; load_lights(n.pixel, light);)
-    UNROLL for (int s = 0; s < SIGNALS; s++) {
+    UNROLL for (int s = 0; s < SIGNALS; s++) IF_WORTH_IT(s) {
         vec4 tap = load_color(s, n.pixel);
         float added = add_tap(sums[s], tap, w * lobe_factor(c, s, guide), lobe_exponent(c, s, normal_scale, bend, n.squared));
         SH_ONLY(if (added > 0.0) add_light(sums[s].light, light[s], tap.x, guide_tap_normal(guide), added);)
@@ -68,7 +68,7 @@ void add_neighbour(Center c, Neighbour n, float kernel_weight, inout AtrousSums 
 void atrous(Center c, inout vec4 color[SIGNALS])
 {
     AtrousSums sums[SIGNALS];
-    UNROLL for (int s = 0; s < SIGNALS; s++) {
+    UNROLL for (int s = 0; s < SIGNALS; s++) IF_WORTH_IT(s) {
         sums[s] = start_sums(color[s]);
         SH_ONLY(sums[s].light = no_light(); add_light(sums[s].light, lights[s], color[s].x, c.normal_vs, 1.0);)
     }
@@ -85,7 +85,7 @@ void atrous(Center c, inout vec4 color[SIGNALS])
             if (i != 4) add_neighbour(c, find_neighbour(c, grid), kernel(grid), sums);
         }
     }
-    UNROLL for (int s = 0; s < SIGNALS; s++) {
+    UNROLL for (int s = 0; s < SIGNALS; s++) IF_WORTH_IT(s) {
         color[s] = vec4(sums[s].color, sqrt(sums[s].noise)) / sums[s].weight;
         SH_ONLY(lights[s] = finish_light(sums[s].light, c.receiver, s, mat3(g.view_to_world) * sums[s].light.normal / sums[s].weight, sums[s].color.x, FILTERED_SAMPLES * c.frames[s] * sums[s].weight);)
     }

@@ -133,6 +133,7 @@ float firefly_ceiling(int signal, float luma)
     for (int i = 0; i < 9; i++) {
         int cell = cell_at(ivec2(i % 3, i / 3) - 1);
         if (i == 4 || is_outside(s_guide[cell])) continue;   /* holds anything */
+        IF_SILENT(s_guide[cell], signal) continue;
         float tap = cell_color(signal, cell).x;
         second = max(second, min(tap, brightest));
         brightest = max(brightest, tap);
@@ -150,7 +151,7 @@ void blur(ivec2 pixel, uvec2 guide)
     float ceiling[SIGNALS];
     bool limited = g.motion_scale.w > float(opaque_zero());
     Sums sums[SIGNALS];
-    UNROLL for (int s = 0; s < SIGNALS; s++) {
+    UNROLL for (int s = 0; s < SIGNALS; s++) IF_WORTH_IT(s) {
         change[s] = has_flag(NRD_FLAG_ANTILAG) ? load_change(s, vec2(pixel) + 0.5) : vec4(0.0, 1.0, 0.0, 0.0);
         change[s].y /= 1.0 + (change[s].y - 1.0) / max(guide_frames(guide, s), 1.0);   /* the newest sample has followed already */
         frames[s] = changed_frames(guide_frames(guide, s), change[s]);
@@ -172,7 +173,7 @@ void blur(ivec2 pixel, uvec2 guide)
         Neighbour n = find_neighbour(c, grid);
         n.inside = !is_outside(guide_tap);
         float geometry = plane_weight(c, n, guide_tap.x) * kernel(grid), bend = normal_bend(c, guide_tap);
-        UNROLL for (int s = 0; s < SIGNALS; s++) {
+        UNROLL for (int s = 0; s < SIGNALS; s++) IF_WORTH_IT(s) {
             vec4 tap = cell_color(s, cell);
             if (limited) tap = cut(tap, ceiling[s]);
             float frames_tap = max(guide_frames(guide_tap, s), 1.0);
@@ -181,8 +182,8 @@ void blur(ivec2 pixel, uvec2 guide)
             SH_ONLY(if (weight > 0.0) add_light(sums[s].light, cell_light(s, cell), tap.x, guide_tap_normal(guide_tap), weight * frames_tap);)
         }
     }
-    UNROLL for (int s = 0; s < SIGNALS; s++) store(pixel, s, color[s], sums[s], frames[s], change[s]);
-    SH_ONLY(UNROLL for (int s = 0; s < SIGNALS; s++) mix_lights(pixel, s, color[s].x, sums[s], c.receiver, frames[s]);)
+    UNROLL for (int s = 0; s < SIGNALS; s++) IF_HEARD(s) store(pixel, s, color[s], sums[s], frames[s], change[s]);
+    SH_ONLY(UNROLL for (int s = 0; s < SIGNALS; s++) IF_HEARD(s) mix_lights(pixel, s, color[s].x, sums[s], c.receiver, frames[s]);)
     SH_ONLY(store_lights(pixel);)
 }
 
@@ -193,7 +194,7 @@ void post_blur(ivec2 pixel, uvec2 guide)
     UNROLL for (int s = 0; s < SIGNALS; s++) color[s] = load_color(s, pixel);
     SH_ONLY(load_lights(pixel, lights);)
     atrous(make_center(pixel, guide, 1.0, TRACKED(pixel)), color);
-    UNROLL for (int s = 0; s < SIGNALS; s++) store_color(s, pixel, pack_texel(color[s]));
+    UNROLL for (int s = 0; s < SIGNALS; s++) IF_HEARD(s) store_color(s, pixel, pack_texel(color[s]));
     SH_ONLY(store_lights(pixel);)
 }
 
@@ -203,6 +204,7 @@ void process(ivec2 pixel)
     if (!in_rect(pixel)) return;
     uvec2 guide = SPEC_ITERATION == 0u ? s_guide[cell_at(ivec2(0))] : texelFetch(in_guide, pixel, 0).xy;
     if (guide_is_sky(guide.x)) return;
+    HEAR(guide);
     if (SPEC_ITERATION == 0u) blur(pixel, guide);
     else post_blur(pixel, guide);
 }

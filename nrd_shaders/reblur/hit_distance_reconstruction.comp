@@ -33,6 +33,7 @@ void load_cell(int cell)
     if (is_sky(signed_z)) return;
     nrd_surface surface = nrd_decode_normal_roughness(texelFetch(in_normal_roughness, pixel + rect_origin(), 0), SPEC_NORMAL_FORMAT, SPEC_ROUGHNESS_FORMAT);
     bool specular = (push.iteration | opaque_zero()) != 0u;
+    if (specular && is_too_rough(surface.roughness)) return;
     s_surface[cell] = vec4(surface.normal, abs(signed_z));
     s_sample[cell] = vec2(nrd_sanitize_norm_hit_dist(texelFetch(in_radiance_hit_dist, pixel, 0).w), specular ? surface.roughness : 1.0);
 }

@@ -46,7 +46,7 @@ void load_lights(ivec2 p, out vec4 light[SIGNALS])
 
 void store_light(int s, ivec2 p, vec4 light) { vec4 v = round_half(light); OF_SIGNAL(s, imageStore(out_diff_light, p, v), imageStore(out_spec_light, p, v)) }
 
-void store_lights(ivec2 p) { UNROLL for (int s = 0; s < SIGNALS; s++) store_light(s, p, lights[s]); }
+void store_lights(ivec2 p) { UNROLL for (int s = 0; s < SIGNALS; s++) IF_HEARD(s) store_light(s, p, lights[s]); }
 #endif
 
 #endif

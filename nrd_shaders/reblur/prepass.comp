@@ -89,6 +89,7 @@ struct Pixel {
     float z;
 };
 
+/* False: there is no signal. */
 bool load_pixel(ivec2 pixel, out Pixel p)
 {
     float signed_z = texelFetch(in_view_z, pixel + rect_origin(), 0).x * g.view_z_scale;
@@ -97,6 +98,9 @@ bool load_pixel(ivec2 pixel, out Pixel p)
     p.surface = nrd_decode_normal_roughness(texelFetch(in_normal_roughness, pixel + rect_origin(), 0), SPEC_NORMAL_FORMAT, SPEC_ROUGHNESS_FORMAT);
 #ifndef SPECULAR
     p.surface.roughness = 1.0;
+#endif
+#ifdef SPECULAR
+    if (is_too_rough(p.surface.roughness)) return false;
 #endif
     return !is_sky(signed_z);
 }

@@ -128,6 +128,7 @@ float lobe_factor(Center c, int signal, uvec2 guide)
 {
     if (!same_material_for(signal == SPECULAR_SIGNAL ? NRD_MATERIAL_LEAST_SPECULAR : NRD_MATERIAL_LEAST_DIFFUSE, guide.x >> 30, c.own_material)) return 0.0;
 #ifdef SPECULAR
+    IF_SILENT(guide, signal) return 0.0;
     if (signal == SPECULAR_SIGNAL) return clamp(1.0 - abs(guide_roughness_point(guide) - c.roughness_point) * c.roughness_scale, 0.0, 1.0);
 #endif
     return 1.0;

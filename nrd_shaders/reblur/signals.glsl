@@ -66,6 +66,27 @@ Track unpack_track(uint t) { return Track(float((t >> 8) & 255u) / 255.0, unpack
 uint pack_frames(float frames) { return uint(clamp(frames, 0.0, 63.75) * 4.0 + 0.5); }
 float guide_frames(uvec2 guide, int signal) { return float((guide.y >> (8 * signal)) & 255u) * 0.25; }
 
+/* Surfaces that are too rough for a specular signal have none of its frames; where there is no other signal, they are marked as sky. What is not to
+   happen for that signal follows IF_HEARD. IF_WORTH_IT is for what would do no harm: with SH, whose passes are large, such branches cost a
+   twentieth of the time even where the compiler can tell that they are never taken. */
+#if defined(DIFFUSE) && defined(SPECULAR)
+bool is_silent(uvec2 guide) { return HAS_ROUGHNESS_LIMIT && (guide.y & 0xff00u) == 0u; }
+bool silent;               /* of this invocation's pixel */
+#define IF_HEARD(s) if (s != SPECULAR_SIGNAL || !silent)
+#define IF_SILENT(guide, s) if (s == SPECULAR_SIGNAL && is_silent(guide))   /* of any pixel */
+#define HEAR(guide) silent = is_silent(guide)
+#else
+bool is_silent(uvec2 guide) { return false; }
+#define IF_SILENT(guide, s) if (false)
+#define IF_HEARD(s)
+#define HEAR(guide)
+#endif
+#ifdef SH
+#define IF_WORTH_IT(s)
+#else
+#define IF_WORTH_IT(s) IF_HEARD(s)
+#endif
+
 /* Roughness times 255 / 256, and 1. */
 float guide_roughness_point(uvec2 guide) { return uintBitsToFloat(((guide.y & 0xff0000u) >> 1) | 0x3f800000u); }
 float guide_roughness(uvec2 guide) { return guide_roughness_point(guide) * (256.0 / 255.0) - 256.0 / 255.0; }

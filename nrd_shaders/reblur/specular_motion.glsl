@@ -12,6 +12,7 @@
 const int SIDE = 10;                /* of a group with one pixel around it */
 shared vec4 s_surface[SIDE * SIDE]; /* world normal, view depth; depth 0: nothing there */
 shared float s_tracked[SIDE * SIDE]; /* q of the noisy sample, -1: not sampled */
+shared uint s_glossy;
 
 /* Footprints over which a history may be smeared in all. 0.25 to 2 tried, and lengths that fall with the square of the shift: those let a
    small shift of every frame add up to a blur of pixels; shorter ones flicker more in mirrors. */
@@ -53,10 +54,26 @@ void load_cell(int cell)
     else if (is_traced(pixel, SPECULAR_LOBE)) norm_hit_dist = sanitize(texelFetch(in_spec_unblurred, noisy_texel(pixel, SPECULAR_LOBE), 0)).w;
     float hit_dist = nrd_denormalize_hit_dist(norm_hit_dist, z, surface.roughness, g.hit_distance);
     if (norm_hit_dist > 0.0) s_tracked[cell] = hit_dist / (hit_dist + distance_to_camera(ray_uv(pixel), z));
+    if (is_too_rough(surface.roughness)) s_tracked[cell] = -1.0;   /* afterwards: branches before loads take a tenth of the pass's time */
 }
 
-void load_neighbourhood()
+/* Lets all threads know whether any pixel of the tile has a specular signal. */
+bool has_glossy_pixel(ivec2 pixel)
 {
+    if (!HAS_ROUGHNESS_LIMIT || SIGNALS == 1) return true;   /* else the tile is not listed */
+    if (gl_LocalInvocationIndex == 0u) s_glossy = 0u;
+    barrier();
+    if (in_rect(pixel)) {
+        vec4 texel = texelFetch(in_normal_roughness, pixel + rect_origin(), 0);
+        if (!is_too_rough(nrd_decode_normal_roughness(texel, SPEC_NORMAL_FORMAT, SPEC_ROUGHNESS_FORMAT).roughness)) s_glossy = 1u;
+    }
+    barrier();
+    return s_glossy != 0u;
+}
+
+void load_neighbourhood(ivec2 pixel)
+{
+    if (!has_glossy_pixel(pixel)) return;
     for (int cell = int(gl_LocalInvocationIndex); cell < SIDE * SIDE; cell += 64) load_cell(cell);
     barrier();
 }
@@ -282,6 +299,14 @@ float remaining_step(Footprint f, VirtualMotion m, vec3 target, Curvature c)
     return regular ? min(length((uv - m.uv) * size_prev_px()), 1e3) : 0.0;
 }
 
+/* 1 for texels that had a specular signal. */
+vec4 sounding(Footprint f)
+{
+    vec4 w = vec4(1.0);
+    UNROLL for (int i = 0; i < 4; i++) w[i] = is_silent(uvec2(f.guides[i], f.seconds[i])) ? 0.0 : 1.0;
+    return w;
+}
+
 vec4 roughness_agreement(Footprint f, float roughness)
 {
     vec4 w;
@@ -357,7 +382,7 @@ void follow_reflection(inout SpecularMatch match, vec3 target, vec2 uv, GivenMot
     Footprint moved = fetch_footprint(m.uv);
     weigh_surface(moved, m.position, m.normal, surface.material_id, r.tolerance + m.bow);
     if (c.bump < BUMPY && !given.of_image) m.error = remaining_step(moved, m, target + given.motion, c);
-    moved.weights *= material_agreement(moved, surface.material_id, NRD_MATERIAL_LEAST_SPECULAR) * roughness_agreement(moved, surface.roughness) * tracking_agreement(moved, t, travel);
+    moved.weights *= sounding(moved) * material_agreement(moved, surface.material_id, NRD_MATERIAL_LEAST_SPECULAR) * roughness_agreement(moved, surface.roughness) * tracking_agreement(moved, t, travel);
     float frames = limit_frames(mean_frames(moved, SPECULAR_SIGNAL), travel * min(t.sigma / max(t.q, 1e-4), 1.0) / width);
     frames /= 1.0 + frames * m.error / (SMEAR * max(footprint, 0.5));
     float longer = max(frames, match.frames);

@@ -101,6 +101,7 @@ void process(ivec2 pixel)
     if (!in_rect(pixel)) return;
     uvec2 guide = texelFetch(in_guide, pixel, 0).xy;
     if (guide_is_sky(guide.x)) return;
+    HEAR(guide);
     Track tracks[SIGNALS];
     vec4 color[SIGNALS];
     UNROLL for (int s = 0; s < SIGNALS; s++) {
@@ -110,9 +111,9 @@ void process(ivec2 pixel)
     SH_ONLY(load_lights(pixel, lights);)
     if (is_filtering()) atrous(make_center(pixel, guide, 1.0, tracks[SIGNALS - 1].hit_dist), color);
     if (SPEC_ITERATION == 1u) {
-        UNROLL for (int s = 0; s < SIGNALS; s++) store_color(s, pixel, round_half(color[s]));
+        UNROLL for (int s = 0; s < SIGNALS; s++) IF_HEARD(s) store_color(s, pixel, round_half(color[s]));
         SH_ONLY(store_lights(pixel);)
         return;
     }
-    UNROLL for (int s = 0; s < SIGNALS; s++) finish(pixel, guide, s, tracks[s], color[s]);
+    UNROLL for (int s = 0; s < SIGNALS; s++) IF_HEARD(s) finish(pixel, guide, s, tracks[s], color[s]);
 }

@@ -244,6 +244,12 @@ void denoise(ivec2 pixel)
         return;
     }
     nrd_surface surface = nrd_decode_normal_roughness(texelFetch(in_normal_roughness, pixel + rect_origin(), 0), SPEC_NORMAL_FORMAT, SPEC_ROUGHNESS_FORMAT);
+#ifndef DIFFUSE
+    if (is_too_rough(surface.roughness)) {
+        imageStore(out_guide, pixel, uvec4(GUIDE_SKY, 0u, 0u, 0u));
+        return;
+    }
+#endif
     uint random = hash(uint(pixel.x), uint(pixel.y), g.frame_index) >> 8;
     Reprojection r = reproject(pixel, pixel_uv(pixel), z, signed_z, surface.material_id);
     Footprint f = fetch_footprint(r.uv);
@@ -270,16 +276,21 @@ void denoise(ivec2 pixel)
 #endif
 #endif
 #ifdef SPECULAR
-    vec2 uv_history;
-    Tracking tracking = track_hit_distance(pixel, surface);
-    if (tracking.q < 0.0) tracking = recall_tracking(f);
-    History specular = find_specular_history(pixel, z, r, f, surface, tracking, uv_history);
-    SH_ONLY(if (specular.frames > 0.0 && specular.turns) turn_history(specular, receiver, SPECULAR_SIGNAL);)
-    if (specular.frames > 0.0) specular.frames = min(shorten(specular.frames, SPECULAR_SIGNAL, uv_history), responsive_limit(surface.roughness));
-    specular.hit_dist = tracking.q;   /* as measured: its average would follow a change of what is reflected too late */
-    vec4 noisy = load_sample(SPECULAR_SIGNAL, pixel, z);
-    uint spec_track = accumulate(pixel, SPECULAR_SIGNAL, vec4(noisy.xyz, tracking.q), specular, random);
-    guide.y |= (pack_frames(specular.frames) << (8 * SPECULAR_SIGNAL)) | (uint(surface.roughness * 255.0 + 0.5) << 16);
+    uint spec_track = 0u;
+    guide.y |= uint(surface.roughness * 255.0 + 0.5) << 16;
+    if (!is_too_rough(surface.roughness)) {
+        vec2 uv_history;
+        Tracking tracking = track_hit_distance(pixel, surface);
+        f.weights *= sounding(f);
+        if (tracking.q < 0.0) tracking = recall_tracking(f);
+        History specular = find_specular_history(pixel, z, r, f, surface, tracking, uv_history);
+        SH_ONLY(if (specular.frames > 0.0 && specular.turns) turn_history(specular, receiver, SPECULAR_SIGNAL);)
+        if (specular.frames > 0.0) specular.frames = min(shorten(specular.frames, SPECULAR_SIGNAL, uv_history), responsive_limit(surface.roughness));
+        specular.hit_dist = tracking.q;   /* as measured: its average would follow a change of what is reflected too late */
+        vec4 noisy = load_sample(SPECULAR_SIGNAL, pixel, z);
+        spec_track = accumulate(pixel, SPECULAR_SIGNAL, vec4(noisy.xyz, tracking.q), specular, random);
+        guide.y |= pack_frames(specular.frames) << (8 * SPECULAR_SIGNAL);
+    }
 #ifdef DIFFUSE
     imageStore(out_track, pixel, uvec4(track, spec_track, 0u, 0u));
 #else
@@ -333,7 +344,7 @@ void write_tiles()
 void process(ivec2 pixel)
 {
 #ifdef SPECULAR
-    load_neighbourhood();
+    load_neighbourhood(pixel);
 #endif
     denoise(pixel);
     if (!is_absent(NRD_ABSENT_LIGHTING_CHANGE)) write_tiles();
