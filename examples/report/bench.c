@@ -3,6 +3,7 @@
 
 #include "common/half.h"
 #include "common/traffic.h"
+#include "report/parallel.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -56,68 +57,112 @@ static void surface(const bench_scene *s, uint32_t x, uint32_t y, float *z, floa
 /* Creates the image where it is new. */
 static bool fill(bench *b, gpu_image *i, VkFormat format, const char *name, const void *texels)
 {
-    return texels && (i->image || gpu_image_create(b->g, b->scene.width, b->scene.height, format, name, i)) && gpu_upload(b->g, i, texels);
+    return (i->image || gpu_image_create(b->g, b->scene.width, b->scene.height, format, name, i)) && gpu_upload(b->g, i, texels);
+}
+
+/* Texels of an input on the host, made row by row on all processors. */
+typedef struct sheet {
+    const bench_scene *scene;
+    uint32_t index;            /* of the noise */
+    float *z;
+    uint16_t *halves;
+} sheet;
+
+static bool make_sheet(const bench *b, uint32_t index, uint32_t halves, bool (*row)(void *sheet, int y), sheet *out)
+{
+    *out = (sheet){ &b->scene, index, malloc(pixels_of(b) * sizeof(float)), malloc(pixels_of(b) * halves * sizeof(uint16_t)) };
+    return out->z && out->halves && parallel_each((int)b->scene.height, row, out);
+}
+
+static void free_sheet(sheet *s)
+{
+    free(s->z);
+    free(s->halves);
+}
+
+static bool guides_row(void *user, int y)
+{
+    const sheet *s = user;
+    for (uint32_t x = 0; x < s->scene->width; x++) {
+        size_t i = (size_t)y * s->scene->width + x;
+        float normal[4];
+        surface(s->scene, x, (uint32_t)y, &s->z[i], normal);
+        half_from_floats(s->halves + 4 * i, normal, 4);
+    }
+    return true;
 }
 
 static bool make_guides(bench *b)
 {
-    size_t pixels = pixels_of(b);
-    float *z = malloc(pixels * 4), normal[4];
-    uint16_t *half = calloc(pixels, 8);
-    for (size_t i = 0; z && half && i < pixels; i++) {
-        surface(&b->scene, (uint32_t)(i % b->scene.width), (uint32_t)(i / b->scene.width), &z[i], normal);
-        half_from_floats(half + 4 * i, normal, 4);
-    }
-    bool ok = fill(b, &b->images[NRD_RESOURCE_IN_VIEWZ], VK_FORMAT_R32_SFLOAT, "view z", z)
-           && fill(b, &b->images[NRD_RESOURCE_IN_NORMAL_ROUGHNESS], VK_FORMAT_R16G16B16A16_SFLOAT, "normal", half);
-    if (half) memset(half, 0, pixels * 8);
-    ok = ok && fill(b, &b->images[NRD_RESOURCE_IN_MV], VK_FORMAT_R16G16B16A16_SFLOAT, "motion", half);
-    free(z);
-    free(half);
+    sheet s;
+    bool ok = make_sheet(b, 0, 4, guides_row, &s)
+           && fill(b, &b->images[NRD_RESOURCE_IN_VIEWZ], VK_FORMAT_R32_SFLOAT, "view z", s.z)
+           && fill(b, &b->images[NRD_RESOURCE_IN_NORMAL_ROUGHNESS], VK_FORMAT_R16G16B16A16_SFLOAT, "normal", s.halves);
+    if (ok) memset(s.halves, 0, pixels_of(b) * 8);
+    ok = ok && fill(b, &b->images[NRD_RESOURCE_IN_MV], VK_FORMAT_R16G16B16A16_SFLOAT, "motion", s.halves);
+    free_sheet(&s);
     return ok;
+}
+
+static bool noise_row(void *user, int y)
+{
+    const sheet *s = user;
+    for (size_t i = (size_t)y * s->scene->width, end = i + s->scene->width; i < end; i++) {
+        float sample = hash((uint32_t)i * BENCH_NOISES + s->index) % 8 == 0 ? 4.0f : 0.0f;
+        float texel[4] = { sample, 0.1f * sample, 0.05f * sample, 0.5f };
+        half_from_floats(s->halves + 4 * i, texel, 4);
+    }
+    return true;
+}
+
+/* Slanting bands of light and shadow, a fifth of the picture wide, with penumbrae between them. */
+static bool rays_row(void *user, int row)
+{
+    const sheet *sheet = user;
+    const bench_scene *s = sheet->scene;
+    for (uint32_t x = 0; x < s->width; x++) {
+        size_t i = (size_t)row * s->width + x;
+        float z, normal[4], band = ((float)x + 0.3f * (float)row) / (0.2f * s->width);
+        surface(s, x, (uint32_t)row, &z, normal);
+        float lit = 0.5f + (fabsf(fmodf(band, 2) - 1) - 0.5f) / fmaxf(s->penumbra, 1e-3f), half_width = 0.1f * s->width * s->penumbra * z / s->height;
+        bool reached = (hash((uint32_t)i * BENCH_NOISES + sheet->index) >> 8) / 16777216.0f < lit;
+        sheet->halves[i] = half_from_float(reached ? 65504 : half_width);
+    }
+    return true;
+}
+
+/* Normalised hit distances: a third of the rays ends nowhere near. */
+static bool hit_distances_row(void *user, int y)
+{
+    const sheet *s = user;
+    for (size_t i = (size_t)y * s->scene->width, end = i + s->scene->width; i < end; i++)
+        s->halves[i] = half_from_float(fminf((float)(hash((uint32_t)i) % 1000 + 1) / 700.0f, 1.0f));
+    return true;
 }
 
 static bool make_noise(bench *b, uint32_t index)
 {
-    size_t pixels = pixels_of(b);
-    uint16_t (*texels)[4] = malloc(pixels * 8);
-    for (size_t i = 0; texels && i < pixels; i++) {
-        float sample = hash((uint32_t)i * BENCH_NOISES + index) % 8 == 0 ? 4.0f : 0.0f;
-        float texel[4] = { sample, 0.1f * sample, 0.05f * sample, 0.5f };
-        half_from_floats(texels[i], texel, 4);
-    }
-    bool ok = fill(b, &b->noise[index], VK_FORMAT_R16G16B16A16_SFLOAT, "noise", texels);
-    free(texels);
+    sheet s;
+    bool ok = make_sheet(b, index, 4, noise_row, &s) && fill(b, &b->noise[index], VK_FORMAT_R16G16B16A16_SFLOAT, "noise", s.halves);
+    free_sheet(&s);
     return ok;
 }
 
-/* Slanting bands of light and shadow, a fifth of the picture wide, with penumbrae between them. */
 static bool make_rays(bench *b, uint32_t index)
 {
-    const bench_scene *s = &b->scene;
-    size_t pixels = pixels_of(b);
-    uint16_t *texels = malloc(pixels * 2);
-    for (size_t i = 0; texels && i < pixels; i++) {
-        float z, normal[4], x = (float)(i % s->width), y = (float)(i / s->width), band = (x + 0.3f * y) / (0.2f * s->width);
-        surface(s, (uint32_t)(i % s->width), (uint32_t)(i / s->width), &z, normal);
-        float lit = 0.5f + (fabsf(fmodf(band, 2) - 1) - 0.5f) / fmaxf(s->penumbra, 1e-3f), half_width = 0.1f * s->width * s->penumbra * z / s->height;
-        bool reached = (hash((uint32_t)i * BENCH_NOISES + index) >> 8) / 16777216.0f < lit;
-        texels[i] = half_from_float(reached ? 65504 : half_width);
-    }
-    bool ok = fill(b, &b->rays[index], VK_FORMAT_R16_SFLOAT, "rays", texels);
-    free(texels);
+    sheet s;
+    bool ok = make_sheet(b, index, 1, rays_row, &s) && fill(b, &b->rays[index], VK_FORMAT_R16_SFLOAT, "rays", s.halves);
+    free_sheet(&s);
     return ok;
 }
 
-/* Normalised hit distances: a third of the rays ends nowhere near. */
 static bool make_hit_distances(bench *b)
 {
-    size_t pixels = pixels_of(b);
-    uint16_t *texels = malloc(pixels * sizeof *texels);
-    for (size_t i = 0; texels && i < pixels; i++) texels[i] = half_from_float(fminf((float)(hash((uint32_t)i) % 1000 + 1) / 700.0f, 1.0f));
-    bool ok = fill(b, &b->images[NRD_RESOURCE_IN_DIFF_HITDIST], VK_FORMAT_R16_SFLOAT, "hit distances", texels)
-           && fill(b, &b->images[NRD_RESOURCE_IN_SPEC_HITDIST], VK_FORMAT_R16_SFLOAT, "hit distances", texels);
-    free(texels);
+    sheet s;
+    bool ok = make_sheet(b, 0, 1, hit_distances_row, &s)
+           && fill(b, &b->images[NRD_RESOURCE_IN_DIFF_HITDIST], VK_FORMAT_R16_SFLOAT, "hit distances", s.halves)
+           && fill(b, &b->images[NRD_RESOURCE_IN_SPEC_HITDIST], VK_FORMAT_R16_SFLOAT, "hit distances", s.halves);
+    free_sheet(&s);
     return ok;
 }
 
