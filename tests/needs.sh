@@ -25,8 +25,8 @@ done < "$work/table"
 report $? "no other rows"
 
 # Every device has times of all five.
-awk -F'|' '{ n[$1]++; if (!($4 > 0 && $5 > 0)) bad = 1 } END { for (d in n) { devices++; bad = bad || n[d] != 5 } exit bad || !devices }' examples/report/published_needs.txt
-report $? "times of all five needs on every device"
+awk -F'|' '{ n[$1]++; if (!($4 > 0 && $5 > 0)) bad = 1 } END { for (d in n) { devices++; bad = bad || n[d] != 5 } exit bad || devices < 2 }' examples/report/published_needs.txt
+report $? "times of all five needs on every device, two at least"
 
 # Each of the four needs less of everything than the whole.
 awk -F'|' '{ for (i = 6; i <= 9; i++) v[NR, i] = $i } END { ok = NR == 5; for (r = 1; r < NR; r++) for (i = 6; i <= 9; i++) ok = ok && v[r, i] + 0 < v[NR, i] + 0; exit !ok }' "$work/rows"
