@@ -574,8 +574,10 @@ typedef struct nrd_desc {
 
 /* Differs where the release or the size of a public struct does: tells an implementation that was compiled elsewhere (a library, a plug-in)
    that the caller's header is another one. */
-#define NRD_STRUCT_VERSION (NRD_RELEASE_NUMBER << 16 | (uint32_t)(((((sizeof(nrd_desc) * 5 + sizeof(nrd_frame)) * 5 \
-    + sizeof(nrd_reblur_settings)) * 5 + sizeof(nrd_occlusion_settings)) * 5 + sizeof(nrd_sigma_settings)) & 0xffffu))
+#define NRDI_MIX_SIZES(sum, a, b, c) ((((sum) * 5 + sizeof(a)) * 5 + sizeof(b)) * 5 + sizeof(c))
+#define NRDI_GIVEN_SIZES NRDI_MIX_SIZES(NRDI_MIX_SIZES(0, nrd_desc, nrd_denoiser_desc, nrd_frame), nrd_reblur_settings, nrd_occlusion_settings, nrd_sigma_settings)
+#define NRDI_TOLD_SIZES NRDI_MIX_SIZES(NRDI_MIX_SIZES(NRDI_MIX_SIZES(0, nrd_info, nrd_texture, nrd_pipeline), nrd_pass, nrd_dispatch, nrd_binding), nrd_explanation, nrd_finding, nrd_suggestion)
+#define NRD_STRUCT_VERSION (NRD_RELEASE_NUMBER << 16 | (uint32_t)(NRDI_MIX_SIZES(NRDI_GIVEN_SIZES * 5 + NRDI_TOLD_SIZES, nrd_reference_settings, nrd_setting, nrd_block) & 0xffffu))
 
 NRD_DECL nrd_result nrd_create(const nrd_desc *desc, nrd **out);
 /* NULL is fine. Whoever uses the instance after it gets NRD_RESULT_DESTROYED, for as long as its memory is not in other use. */
@@ -2747,6 +2749,10 @@ static const nrdi_pass_cost nrdi_pass_costs[] = {
     NRDI_PASS_COST(REBLUR_DIFFUSE_OCCLUSION, "temporal accumulation", 0.0458f)
     NRDI_PASS_COST(REBLUR_DIFFUSE_OCCLUSION, "blur", 0.0290f)
     NRDI_PASS_COST(REBLUR_DIFFUSE_OCCLUSION, "post-blur", 0.0272f)
+    NRDI_PASS_COST(SIGMA_SHADOW, "shadow rays", 0.0052f)
+    NRDI_PASS_COST(SIGMA_SHADOW, "shadow tiles", 0.0014f)
+    NRDI_PASS_COST(SIGMA_SHADOW, "shadow accumulation", 0.0229f)
+    NRDI_PASS_COST(SIGMA_SHADOW, "shadow blur", 0.0093f)
 };
 
 static float nrdi_pass_us(const nrd_desc *desc, nrd_denoiser denoiser, const char *pass)

@@ -131,7 +131,7 @@ typedef struct nrd_vk_desc {
 } nrd_vk_desc;
 
 /* Differs where NRD_STRUCT_VERSION or the size of a public struct of this header does. */
-#define NRD_VK_STRUCT_VERSION (NRD_STRUCT_VERSION ^ (uint32_t)(((sizeof(nrd_vk_desc) * 5 + sizeof(nrd_vk_image)) * 5 + sizeof(nrd_vk_frame)) & 0xffffu))
+#define NRD_VK_STRUCT_VERSION (NRD_STRUCT_VERSION ^ (uint32_t)(NRDI_MIX_SIZES(NRDI_MIX_SIZES(0, nrd_vk_desc, nrd_vk_image, nrd_vk_frame), nrd_vk_memory, nrd_vk_needs, nrd_vk_timing) & 0xffffu))
 
 NRD_DECL nrd_result nrd_vk_create(const nrd_vk_desc *desc, nrd_vk **out);
 NRD_DECL void nrd_vk_destroy(nrd_vk *vk); /* NULL is fine */

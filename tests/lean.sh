@@ -69,9 +69,9 @@ modules="reblur_temporal_accumulation_diffuse_specular reblur_blur_diffuse_specu
          sigma_accumulation sigma_blur"
 
 # Twice: what the optimizer has not seen before takes one round to become one function.
-count() { # module or module:iteration, nrd_desc.absent: instructions after specialization
+count() { # module or module:iteration, nrd_desc.absent, .features: instructions after specialization
     case $1 in *:*) iteration=${1#*:} ;; *) iteration=0 ;; esac
-    spirv-opt --target-env=vulkan1.1 "--set-spec-const-default-value=0:0 1:0 2:0 3:$2 4:$iteration" --freeze-spec-const --fold-spec-const-op-composite \
+    spirv-opt --target-env=vulkan1.1 "--set-spec-const-default-value=0:0 1:0 2:${3:-0} 3:$2 4:$iteration" --freeze-spec-const --fold-spec-const-op-composite \
         --unify-const -O -O "$build/spv/${1%:*}.spv" -o "$work/module.spv" > "$work/log" 2>&1 && spirv-dis --raw-id "$work/module.spv" | grep -c '^ *\(%.* = \)\{0,1\}Op'
 }
 
@@ -95,6 +95,21 @@ else
         done < "$work/full" > "$work/lean"
         awk -v most="$2" -v of="$3" '$1 ~ of { full += $2; lean += $3 } $3 > $2 { grown = 1 } END { exit !(lean > 0 && !grown && lean * 100 <= full * most) }' "$work/lean"
         report $? "absent $name: instructions $(awk '{ full += $2; lean += $3; if ($3 < 0.98 * $2) most = most ", " $1 " " $2 " to " $3 } END { printf "%d to %d%s", full, lean, most }' "$work/lean")"
+    done
+fi
+
+# Features that are code: at least this many instructions more where they are declared, over some of these modules.
+if command -v spirv-opt > /dev/null && command -v spirv-dis > /dev/null; then
+    grep '^reblur_temporal\|^reblur_blur\|occlusion_accumulation' "$work/full" > "$work/some"
+    for row in "HISTORY_CONFIDENCE 10" "DISOCCLUSION_THRESHOLD_MIX 5" "HIT_DISTANCE_RECONSTRUCTION 10" "CHECKERBOARD 50" "SPECULAR_MOTION 50" "MATERIALS 50" "ROUGHNESS_LIMIT 50"; do
+        # shellcheck disable=SC2086 # words
+        set -- $row
+        bit=$(sed -n "s/^#define NRD_FEATURE_$1 *\([0-9]*\) .*/\1/p" nrd.h)
+        while read -r module lean; do
+            echo "$module $lean $(count "$module" 0 "$bit")"
+        done < "$work/some" > "$work/with"
+        awk -v least="$2" '{ lean += $2; with += $3 } $3 < 0.99 * $2 { shrunk = 1 } END { exit !(!shrunk && with >= lean + least) }' "$work/with"
+        report $? "feature $1: instructions $(awk '{ lean += $2; with += $3; if ($3 > 1.02 * $2) most = most ", " $1 " " $2 " to " $3 } END { printf "%d undeclared, %d declared%s", lean, with, most }' "$work/with")"
     done
 fi
 

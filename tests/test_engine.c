@@ -183,7 +183,7 @@ static void two_devices_are_used_at_once(void **state)
    What recording changes  >>commands */
 static struct {
     char names[16][32];        /* of the vkCmd functions that were asked for */
-    uint32_t name_count, binds, sets, pushes, wrong;
+    uint32_t name_count, binds, sets, pushes, wrong, barriers, transfers;
     VkPipelineCache cache;     /* with which all pipelines were made */
     uint32_t pipelines, other_caches;
 } commands;
@@ -212,6 +212,18 @@ static VKAPI_ATTR void VKAPI_CALL watch_push(VkCommandBuffer cmd, VkPipelineLayo
     REAL(vkCmdPushConstants)(cmd, layout, stages, offset, size, values);
 }
 
+/* Images stay with the queue family that has them. */
+static VKAPI_ATTR void VKAPI_CALL watch_barrier(VkCommandBuffer cmd, VkPipelineStageFlags from, VkPipelineStageFlags to, VkDependencyFlags flags, uint32_t memory_count,
+                                                const VkMemoryBarrier *memory, uint32_t buffer_count, const VkBufferMemoryBarrier *buffers, uint32_t image_count,
+                                                const VkImageMemoryBarrier *images)
+{
+    for (uint32_t i = 0; i < image_count; i++)
+        commands.transfers += images[i].srcQueueFamilyIndex != VK_QUEUE_FAMILY_IGNORED || images[i].dstQueueFamilyIndex != VK_QUEUE_FAMILY_IGNORED;
+    for (uint32_t i = 0; i < buffer_count; i++) commands.transfers += buffers[i].srcQueueFamilyIndex != buffers[i].dstQueueFamilyIndex;
+    commands.barriers += image_count;
+    REAL(vkCmdPipelineBarrier)(cmd, from, to, flags, memory_count, memory, buffer_count, buffers, image_count, images);
+}
+
 static VKAPI_ATTR VkResult VKAPI_CALL watch_pipelines(VkDevice d, VkPipelineCache cache, uint32_t count, const VkComputePipelineCreateInfo *info,
                                                       const VkAllocationCallbacks *callbacks, VkPipeline *out)
 {
@@ -225,6 +237,7 @@ static PFN_vkVoidFunction VKAPI_CALL watch_device_proc(VkDevice d, const char *n
     if (strncmp(name, "vkCmd", 5) == 0 && commands.name_count < 16) snprintf(commands.names[commands.name_count++], 32, "%s", name);
     if (strcmp(name, "vkCmdBindPipeline") == 0) return (PFN_vkVoidFunction)watch_bind;
     if (strcmp(name, "vkCmdBindDescriptorSets") == 0) return (PFN_vkVoidFunction)watch_sets;
+    if (strcmp(name, "vkCmdPipelineBarrier") == 0) return (PFN_vkVoidFunction)watch_barrier;
     if (strcmp(name, "vkCmdPushConstants") == 0) return (PFN_vkVoidFunction)watch_push;
     if (strcmp(name, "vkCreateComputePipelines") == 0) return (PFN_vkVoidFunction)watch_pipelines;
     return devices[0].get_device_proc(d, name);
@@ -262,6 +275,8 @@ static void recording_uses_the_documented_commands_and_the_compute_bind_point_on
     assert_int_equal(named, commands.name_count);
     assert_true(commands.binds > 0 && commands.sets == commands.binds && commands.pushes == commands.binds);
     assert_int_equal(commands.wrong, 0);
+    assert_true(commands.barriers > 0);
+    assert_int_equal(commands.transfers, 0);
     rig_close(&r);
 }
 
