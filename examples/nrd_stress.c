@@ -1,12 +1,13 @@
 /* nrd-stress: tries to break every denoiser, and holds each to the guarantees that README.md states.
 
    nrd-stress [--all] [--only SUBJECT] [--denoiser NAME] [--device N] [--validate] [--quiet] [--markdown]
-              [--seed N] [--cases N] [--frames N] [--set KEY=VALUE] [--dump FILE] [--compare FILE] [--plant FAULT]
+              [--seed N] [--cases N] [--case NUMBER] [--frames N] [--set KEY=VALUE] [--dump FILE] [--compare FILE] [--plant FAULT]
    nrd-stress --self-test [--only SUBJECT]
    Prints one row per case, denoiser and guarantee: ok or FAIL, what was measured, and the most that is allowed; then the worst of each
    guarantee. --all: the long suite. --validate: under the validation layer. --markdown: the guarantees as a table for README.md.
-   --dump writes what the denoisers give on this device, --compare holds it against a file of another. --plant: spoils what the denoisers
-   give, to see that the guarantees notice; --self-test does so with every fault. Exit status: 0 all kept, 1 one broken, 2 not run. */
+   --case: one random case again, by the number that failed. --dump writes what the denoisers give on this device, --compare holds it
+   against a file of another. --plant: spoils what the denoisers give, to see that the guarantees notice; --self-test does so with every
+   fault. Exit status: 0 all kept, 1 one broken, 2 not run. */
 #define NRD_IMPLEMENTATION
 #define NRD_VK_IMPLEMENTATION
 #include "nrd_vk.h"
@@ -19,7 +20,7 @@
 #include <string.h>
 
 static const char usage[] = "usage: nrd-stress [--all] [--quiet] [--markdown] [--validate] [--self-test] [--only SUBJECT] [--denoiser NAME] "
-                            "[--set KEY=VALUE] [--device N] [--frames N] [--cases N] [--seed N] [--plant FAULT] [--dump FILE] [--compare FILE]";
+                            "[--set KEY=VALUE] [--device N] [--frames N] [--cases N] [--case NUMBER] [--seed N] [--plant FAULT] [--dump FILE] [--compare FILE]";
 
 typedef struct subject { const char *name; void (*run)(stress *s); } subject;
 static const subject subjects[] = {
@@ -77,6 +78,7 @@ static int parse(int argc, char **argv, stress *s, int *device, const char **onl
         else if (!strcmp(option, "--device")) ok = cli_integer(value, 0, 63, &number), *device = ok ? (int)number : 0;
         else if (!strcmp(option, "--frames")) ok = cli_integer(value, 1, 100000000, &number), s->frames = ok ? (uint32_t)number : 0;
         else if (!strcmp(option, "--cases")) ok = cli_integer(value, 1, 100000000, &number), s->cases = ok ? (uint32_t)number : 0;
+        else if (!strcmp(option, "--case")) ok = cli_integer(value, 1, 100000000, &number), s->one_case = ok ? (uint32_t)number : 0;
         else if (!strcmp(option, "--seed")) ok = cli_integer(value, 0, 65535, &number), s->seed = ok ? (uint32_t)number : 0;
         if (!ok) return cli_fail("nrd-stress", "%s %s is not understood", option, value);
     }

@@ -1,5 +1,5 @@
 /* Settings, inputs, cameras, calls and files at random, within and beyond what is allowed: either an error that names what is wrong, or a
-   finite picture in the range of its inputs. A case is found again by its number and --seed. */
+   finite picture in the range of its inputs. A case is found again by its number (--case) and --seed. */
 #define _POSIX_C_SOURCE 200809L
 #include "stress/stress.h"
 
@@ -11,7 +11,7 @@
 #include <stdlib.h>
 #include <unistd.h>
 
-enum { CASES_PER_INSTANCE = 100, QUICK_CASES = 40, LONG_CASES = 20000, MAX_WRONG = 64 };
+enum { CASES_PER_INSTANCE = 100, QUICK_CASES = 40, LONG_CASES = 20000, CASES_OF_DENOISER = 100000, MAX_WRONG = 64 };
 
 /* ---- random numbers of one case */
 typedef struct dice { uint32_t seed, of, thrown; } dice;
@@ -223,12 +223,13 @@ static void run_case(rig *r, dice *d, batch *b, double beyond)
     }
 }
 
-static void fuzz_denoiser(stress *s, nrd_denoiser denoiser, uint32_t cases)
+/* Cases first .. last - 1; first: of an instance. */
+static void fuzz_denoiser(stress *s, nrd_denoiser denoiser, uint32_t first, uint32_t last)
 {
     batch b = { .w = watch_start() };
-    snprintf(b.of, sizeof b.of, "%u fuzz cases", cases);
-    snprintf(b.refused, sizeof b.refused, "%u fuzz cases", cases);
-    for (uint32_t i = 0; i < cases;) {
+    snprintf(b.of, sizeof b.of, "%u fuzz cases", last - first);
+    snprintf(b.refused, sizeof b.refused, "%u fuzz cases", last - first);
+    for (uint32_t i = first; i < last;) {
         rig r;
         dice d = { s->seed, 1000003u * (uint32_t)denoiser + i / CASES_PER_INSTANCE, 1u << 20 };
         rig_desc desc = stress_rig(s, denoiser, 1 + throw_of(&d, 40), 1 + throw_of(&d, 30));
@@ -236,8 +237,8 @@ static void fuzz_denoiser(stress *s, nrd_denoiser denoiser, uint32_t cases)
         desc.normal_encoding = throw_chance(&d, 0.5) ? 0 : throw_of(&d, 5);
         if (i == 0) desc.width = 19, desc.height = 13, desc.features = NRD_FEATURE_ALL, desc.normal_encoding = 0;
         rig_open(&r, &desc);
-        for (uint32_t k = 0; k < CASES_PER_INSTANCE && i < cases; k++, i++) {
-            dice of_case = { s->seed, 100000u * (uint32_t)denoiser + i, 0 };
+        for (uint32_t k = 0; k < CASES_PER_INSTANCE && i < last; k++, i++) {
+            dice of_case = { s->seed, CASES_OF_DENOISER * (uint32_t)denoiser + i, 0 };
             run_case(&r, &of_case, &b, i % 3 == 0 ? 0.03 : 0);
         }
         rig_close(&r);
@@ -447,10 +448,22 @@ static void fuzz_files(stress *s, uint32_t files)
     check(s, GUARANTEE_REFUSALS, "damaged captures", s->first, nameless);
 }
 
+/* One case by its number, and those before it on the same instance, whose images it inherits. */
+static void fuzz_one(stress *s)
+{
+    uint32_t denoiser = s->one_case / CASES_OF_DENOISER, i = s->one_case % CASES_OF_DENOISER;
+    if (denoiser >= NRD_DENOISER_COUNT) stress_die("there is no case %u: %u denoisers of %u cases", s->one_case, (uint32_t)NRD_DENOISER_COUNT, (uint32_t)CASES_OF_DENOISER);
+    fuzz_denoiser(s, (nrd_denoiser)denoiser, i - i % CASES_PER_INSTANCE, i + 1);
+}
+
 void stress_fuzz(stress *s)
 {
+    if (s->one_case) {
+        fuzz_one(s);
+        return;
+    }
     uint32_t count = (uint32_t)s->last - (uint32_t)s->first + 1, cases = s->cases ? s->cases : s->everything ? LONG_CASES : QUICK_CASES * count;
     fuzz_calls(s, 10 * cases);
     fuzz_files(s, cases / 4 + 20);
-    for (int d = (int)s->first; d <= (int)s->last; d++) fuzz_denoiser(s, (nrd_denoiser)d, (cases + count - 1) / count);
+    for (int d = (int)s->first; d <= (int)s->last; d++) fuzz_denoiser(s, (nrd_denoiser)d, 0, (cases + count - 1) / count);
 }

@@ -77,7 +77,7 @@ typedef struct stress {
     bool everything;     /* test-long */
     bool quiet, silent;  /* only what fails is printed; nothing is */
     bool markdown;
-    uint32_t seed, frames, cases;
+    uint32_t seed, frames, cases, one_case; /* one_case: of the random ones, by the number it failed under; 0: all */
     fault fault;
     setting_value set[16];    /* on top of the defaults */
     uint32_t set_count;
