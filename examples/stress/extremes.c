@@ -5,7 +5,7 @@
 #include <stdlib.h>
 
 enum { IMAGE_WIDTH = 24, IMAGE_HEIGHT = 16, FRAMES = 8, LONG_FRAMES = 24 };
-enum { DENOISES = 1, NO_ANTILAG = 2 };
+enum { DENOISES = 1, NO_ANTILAG = 2, LONG = 4 };
 
 /* ---- before the first frame */
 static void set_depth(rig *r, double v) { r->depth = v; r->frame.denoising_range = (float)fmax(4 * v, 1e-3); }
@@ -115,9 +115,21 @@ static void put_hit_dist(rig *r, uint32_t frame, double v)
     (void)frame;
     for (uint32_t s = 0; s < r->signal_count; s++) {
         signal_kind kind = r->signals[s].kind;
-        if (kind != KIND_RADIANCE && kind != KIND_HIT_DIST) continue;
-        FOR_PIXELS(r) rig_texel(r, r->signals[s].in, x, y)[kind == KIND_RADIANCE ? 3 : 0] = (float)v;
+        if (kind != KIND_RADIANCE && kind != KIND_HIT_DIST && kind != KIND_DIRECTION) continue;
+        FOR_PIXELS(r) rig_texel(r, r->signals[s].in, x, y)[kind == KIND_HIT_DIST ? 0 : 3] = (float)v;
     }
+}
+
+/* Light of one primary: what rounding adds to its chroma is no colour any more. v: 0 red, 1 green, 2 blue. */
+static void put_primary(rig *r, uint32_t frame, double v)
+{
+    static const float per_luma[3][2] = { { 2, -1 }, { 0, 1 }, { -2, -1 } };
+    (void)frame;
+    for (uint32_t s = 0; s < r->signal_count; s++)
+        FOR_PIXELS(r) {
+            float *t = rig_texel(r, r->signals[s].in, x, y);
+            if (r->signals[s].kind == KIND_RADIANCE) t[1] = per_luma[(int)v][0] * t[0], t[2] = per_luma[(int)v][1] * t[0];
+        }
 }
 
 static void put_penumbra(rig *r, uint32_t frame, double v)
@@ -205,6 +217,10 @@ static const extreme extremes[] = {
     { "firefly without antilag", NOISE_FIREFLY, 1e-2, NULL, NULL, 0, NO_ANTILAG, 0 },
     { "steps of 1e8 between neighbours", NOISE_STEP, 1, NULL, NULL, 0, 0, 0 },
     { "steps without antilag", NOISE_STEP, 1, NULL, NULL, 0, NO_ANTILAG, 0 },
+    { "red of 1", NOISE_UNIFORM, 1, NULL, put_primary, 0, DENOISES, 0 },
+    { "red of 1e-6", NOISE_UNIFORM, 1e-6, NULL, put_primary, 0, LONG, 0 },
+    { "green of 1e-6", NOISE_UNIFORM, 1e-6, NULL, put_primary, 1, LONG, 0 },
+    { "blue of 1e-6", NOISE_UNIFORM, 1e-6, NULL, put_primary, 2, LONG, 0 },
     { "NaN in places", NOISE_UNIFORM, 1, NULL, put_bad, 0, 0, 0 },
     { "+Inf in places", NOISE_UNIFORM, 1, NULL, put_bad, 1, 0, 0 },
     { "-Inf in places", NOISE_UNIFORM, 1, NULL, put_bad, 2, 0, 0 },
@@ -292,6 +308,7 @@ static const extreme extremes[] = {
 static bool concerns(const rig *r, const extreme *e)
 {
     bool guided = r->texels[NRD_RESOURCE_IN_VIEWZ] != NULL;
+    if (e->change == put_primary) return r->signals[0].kind == KIND_RADIANCE;
     if (e->change == put_penumbra) return r->texels[NRD_RESOURCE_IN_PENUMBRA] != NULL;
     return guided || !(e->set || e->change) || e->change == put_bad || e->change == put_bad_everywhere || e->set == set_rectangle;
 }
@@ -303,7 +320,7 @@ static void run_extreme(stress *s, rig *r, const extreme *e)
     r->index = 1000;
     if (e->set) e->set(r, e->v);
     if (e->flags & NO_ANTILAG) rig_set(r, "antilag_sensitivity", 0);
-    for (uint32_t frame = 0; frame < (e->flags & DENOISES ? LONG_FRAMES : FRAMES); frame++) {
+    for (uint32_t frame = 0; frame < (e->flags & (DENOISES | LONG) ? LONG_FRAMES : FRAMES); frame++) {
         if (e->change == walk) walk(r, frame, e->v);
         rig_put_guides(r);
         fill_noise(r, e->noise, e->level, s->seed);

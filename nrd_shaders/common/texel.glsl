@@ -10,20 +10,35 @@ vec4 round_half(vec4 v)
     return uintBitsToFloat((floatBitsToUint(steps) + 0x1000u) & 0xffffe000u);
 }
 
-uvec2 pack_texel(vec4 v)
-{
-    v = round_half(v);
-    return uvec2(packHalf2x16(v.xy), packHalf2x16(v.zw));
-}
-vec4 unpack_texel(uvec2 t) { return vec4(unpackHalf2x16(t.x), unpackHalf2x16(t.y)); }
-
 /* Rounds to a half at random, up as often as the remainder is large: an average that moves by less than half a step a frame would
-   stand still under rounding to nearest. What is a half already stays. random: 24 bits; 13 decide of normal halves, 11 of the steps of denormal ones. */
+   stand still under rounding to nearest. What is a half already stays. Numbers of one random keep their order, and opposite ones stay so.
+   random: 24 bits; 13 decide of normal halves, 11 of the steps of denormal ones. */
 vec4 dither_to_half(vec4 v, uint random)
 {
-    float part = float(random & 0x7ffu) * (1.0 / 2048.0) - (1023.5 / 2048.0);
-    precise vec4 moved = v + part * (1.0 / 16777216.0), raised = moved + 0.75, steps = raised - 0.75;   /* as in round_half() */
+    float part = (float(random & 0x7ffu) - 1023.5) * (1.0 / 2048.0 / 16777216.0);
+    vec4 outwards = uintBitsToFloat((floatBitsToUint(v) & 0x80000000u) ^ floatBitsToUint(part));
+    precise vec4 moved = v + outwards, raised = moved + 0.75, steps = raised - 0.75;   /* as in round_half() */
     return uintBitsToFloat((floatBitsToUint(steps) + (random >> 11)) & 0xffffe000u);
 }
+
+/* Colours. Rounded one by one, Y, Co and Cg can become what RGB of at least 0 cannot give, in dim light by a good part of Y. Of Y, Cg and
+   abs(Co) + Cg none is larger than Y, and rounding that keeps the order of numbers and their opposites leaves it so. Below 2^-14, where all
+   halves have the same steps, Co is therefore what is left between the last two; above, that would not always be a half. */
+float chroma_offset(float luma, float green) { return luma < 6.1035156e-5 ? green : 0.0; }
+vec4 fold_chroma(vec4 color) { return vec4(color.x, abs(color.y) + chroma_offset(color.x, color.z), color.zw); }
+vec4 unfold_chroma(vec4 folded, vec4 color)
+{
+    float orange = folded.y - chroma_offset(color.x, folded.z);
+    return vec4(folded.x, color.y < 0.0 ? -orange : orange, folded.zw);
+}
+vec4 round_color(vec4 color) { return unfold_chroma(round_half(fold_chroma(color)), color); }
+vec4 dither_color(vec4 color, uint random) { return unfold_chroma(dither_to_half(fold_chroma(color), random), color); }
+
+uvec2 pack_texel(vec4 color)
+{
+    color = round_color(color);
+    return uvec2(packHalf2x16(color.xy), packHalf2x16(color.zw));
+}
+vec4 unpack_texel(uvec2 t) { return vec4(unpackHalf2x16(t.x), unpackHalf2x16(t.y)); }
 
 #endif

@@ -120,7 +120,7 @@ void store(ivec2 pixel, int signal, vec4 color, Sums s, float frames, vec4 chang
     vec3 filtered = s.color / s.weight * scale;
     vec3 kept = mix(color.xyz * scale, filtered, min(1.0, g.feedback_frames / frames));
     uint random = hash(uint(pixel.x), uint(pixel.y), ~g.frame_index) >> 8;
-    store_history(signal, pixel, dither_to_half(clamp(vec4(kept, sqrt(s.variance / s.weight) * scale), -65504.0, 65504.0), random));
+    store_history(signal, pixel, dither_color(clamp(vec4(kept, sqrt(s.variance / s.weight) * scale), -65504.0, 65504.0), random));
     float sigma = sqrt(sample_variance * s.noise) / s.weight;
     store_color(signal, pixel, pack_texel(clamp(vec4(filtered, sigma), -65504.0, 65504.0)));
 }

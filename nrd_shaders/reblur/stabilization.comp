@@ -85,7 +85,7 @@ void finish(ivec2 pixel, uvec2 guide, int signal, Track track, vec4 color)
     color.xyz *= luma / max(color.x, 1e-12);
     if (!is_absent(NRD_ABSENT_STABILIZATION)) store_stabilized(signal, pixel, dither_to_half(vec4(luma), hash(uint(pixel.x), uint(pixel.y), g.frame_index) >> 8));
     float w = has_flag(NRD_FLAG_RETURN_HISTORY) ? frames : norm_hit_dist(pixel, guide, signal, track);
-    store_color(signal, pixel, round_half(vec4(clamp(color.xyz, -65504.0, 65504.0), w)));
+    store_color(signal, pixel, round_color(vec4(clamp(color.xyz, -65504.0, 65504.0), w)));
     SH_ONLY(store_light(signal, pixel, vec4(lights[signal].xyz * luma, lights[signal].w));)
 }
 

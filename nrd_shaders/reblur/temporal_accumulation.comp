@@ -226,7 +226,7 @@ void accumulate_light(ivec2 pixel, int signal, float luma, History h, float alph
 uint accumulate(ivec2 pixel, int signal, vec4 noisy, inout History h, uint random)
 {
     float alpha = 1.0 / (1.0 + h.frames), delta = noisy.x - h.color.x;
-    store_color(signal, pixel, dither_to_half(vec4(mix(h.color.xyz, noisy.xyz, alpha), update_sigma(h.color.w, delta, h.frames)), random));
+    store_color(signal, pixel, dither_color(vec4(mix(h.color.xyz, noisy.xyz, alpha), update_sigma(h.color.w, delta, h.frames)), random));
     SH_ONLY(accumulate_light(pixel, signal, noisy.x, h, alpha, random);)
     s_sums[signal][gl_LocalInvocationIndex] = tile_sample(h, delta, noisy.w - h.hit_dist);
     float stabilized = h.frames > 0.0 && (h.bend <= STABLE_BEND) ? h.stabilized : -1.0;
