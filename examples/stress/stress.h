@@ -41,10 +41,13 @@
     X(STILL_ENERGY, 0.32, "energy that such a pixel loses or gains that stays lit for 40 frames") \
     X(FRAMED_ENERGY, 0.12, "the same in the first frame in the middle of 32x32 px, whose border gives part of it back") \
     X(FRAMED_STILL_ENERGY, 0.25, "the same after 40 frames there") \
-    X(ARITHMETIC, 1e-5, "error of the picture when one pass computes in 32 bits, relative, by a double-precision model") \
+    X(ARITHMETIC, 1e-5, "error of the picture when one pass computes in 32 bits, relative, by a double-precision model; here and below occlusion and shadows: of 1") \
     X(STORAGE, 0.002, "error of the picture when one pass stores 16 bits, relative, by that model") \
+    X(STORAGE_8_BIT, 0.001, "rms error of occlusion when one pass stores 12, 10 and 8 bits") \
+    X(STORAGE_SHADOW, 0.025, "rms error of shadows when one pass stores 8 bits, and lengths of history in 4, rounded at random") \
     X(MODEL, 0.002, "device against the model with all rounding, relative, after 12 frames of noise or of a picture") \
-    X(VARIANCE, 0.02, "variance of filtered noise against that of the double-precision model, relative") \
+    X(MODEL_SHADOW, 0.002, "the same of shadows, rms: a step of their root in 8 bits is 0.008") \
+    X(VARIANCE, 0.02, "variance of filtered noise against that of the double-precision model (of shadows: of the rounding one), relative") \
     X(SENSE_SAMPLES, 0.002, "rms change of the picture when samples change by one step of a half (5e-4), of its mean") \
     X(SENSE_MOTION, 0.02, "rms change when motion changes by 0.01 px") \
     X(SENSE_DEPTH, 0.02, "rms change when depth changes by 0.1 %") \
@@ -97,7 +100,8 @@ void check(stress *s, guarantee g, const char *of, nrd_denoiser denoiser, double
 /* The subjects. */
 void stress_extremes(stress *s);
 void stress_analytic(stress *s);
-void stress_energy(stress *s, nrd_denoiser denoiser); /* part of stress_analytic */
+void stress_energy(stress *s, nrd_denoiser denoiser); /* parts of stress_analytic; r: of MODEL_SIZE */
+void stress_models(stress *s, rig *r);
 void stress_space(stress *s);
 void stress_sensitivity(stress *s);
 void stress_agreement(stress *s);

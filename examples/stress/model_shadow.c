@@ -1,0 +1,197 @@
+/* SIGMA_SHADOW under a light that stands over the wall: where a penumbra is, means of rays over time, and a blur. */
+#include "stress/model.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+enum { ACCUMULATION, BLUR, PASSES, REACH = 4, FAR_TAPS = 5 };
+
+#define WIDEST 256.0      /* px that a word holds */
+#define FALLOFF 1.5       /* exponent of weights at the radius */
+#define MOST_AGE 56.25
+
+static double clamp(double v, double low, double high) { return fmin(fmax(v, low), high); }
+static double smoothstep(double low, double high, double v) { v = clamp((v - low) / (high - low), 0, 1); return v * v * (3 - 2 * v); }
+static double mix(double a, double b, double share) { return a * (1 - share) + b * share; }
+static double random_of(int i, uint32_t salt, uint32_t frame_index)
+{
+    return (model_hash((uint32_t)i % MODEL_SIZE + salt * 0x632be5abu, (uint32_t)i / MODEL_SIZE, frame_index) >> 8) / 16777216.0;
+}
+
+/* Of a neighbour; -1: outside of the picture. */
+static int pixel_at(int i, int dx, int dy)
+{
+    int x = i % MODEL_SIZE + dx, y = i / MODEL_SIZE + dy;
+    return x >= 0 && y >= 0 && x < MODEL_SIZE && y < MODEL_SIZE ? y * MODEL_SIZE + x : -1;
+}
+
+/* 5x5 pixels and a ring of 8, without the pixel itself. */
+static bool is_looked_at(int dx, int dy)
+{
+    int x = abs(dx), y = abs(dy);
+    return (x || y) && ((x <= 2 && y <= 2) || (x == 4 && y == 0) || (x == 0 && y == 4) || (x == 3 && y == 3));
+}
+
+/* ---- words */
+static double store_width(model_rounding r, double px)
+{
+    const double steps = 254.0 / 12;
+    return r.stored ? exp2((floor(clamp((log2(px) + 4) * steps + 1.5, 1, 255)) - 1) / steps - 4) : fmin(px, WIDEST);
+}
+
+static double store_age(model_rounding r, double frames, double random)
+{
+    double code = fmin(r.stored ? floor(2 * sqrt(frames) + random) : 2 * sqrt(frames), 15);
+    return 0.25 * code * code;
+}
+
+/* Of those that a pixel has been in penumbrae for, how many frames count. */
+static double history_length(const shadow_model *m, double age, double width)
+{
+    double most = fmax(smoothstep(0.3, 1, width) * 2 * width, smoothstep(0.25, 0.5, width) * 0.125 * age);
+    return fmin(fmin(age, most), m->settings.max_accumulated_frames);
+}
+
+static double frames_in_mean(const shadow_model *m, const shadow_word *w) { return 1 + history_length(m, fmax(w->age - 1, 0), w->width); }
+
+/* ---- accumulation */
+/* Half width of the penumbra at a pixel; 0: outside of one. in: of rays. */
+static double find_width(model_rounding r, const double *in, int i)
+{
+    bool lit = in[i] == MODEL_LIT, supported = false;
+    double count = lit ? 0 : 1, sum = lit ? 0 : reg(r, 1 / (in[i] + 1));
+    for (int dy = -REACH; dy <= REACH; dy++)
+        for (int dx = -REACH; dx <= REACH; dx++) {
+            int at = pixel_at(i, dx, dy);
+            if (at < 0 || !is_looked_at(dx, dy)) continue;
+            double squared = dx * dx + dy * dy, narrowness = reg(r, 1 / (in[at] + 1));
+            bool reaches = in[at] != MODEL_LIT && narrowness <= reg(r, 1 / fmax(0.5 * sqrt(squared) - 0.25 + 1, 1));
+            if (reaches) count++, sum = reg(r, sum + narrowness);
+            supported |= lit ? reaches : in[at] == MODEL_LIT && squared <= (in[i] + 0.5) * (in[i] + 0.5);
+        }
+    return supported ? reg(r, count / sum - 1) : 0;
+}
+
+typedef struct gathered { double mean, count; } gathered;
+
+static gathered gather_mean(model_rounding r, const double *in, int i, double width)
+{
+    double k = fmax(0.6 * width, 0.7), sum = in[i] == MODEL_LIT, weight = 1, squares = 1;
+    for (int dy = -REACH; dy <= REACH; dy++)
+        for (int dx = -REACH; dx <= REACH; dx++) {
+            int at = pixel_at(i, dx, dy);
+            if (at < 0 || !is_looked_at(dx, dy)) continue;
+            double w = reg(r, exp(-1.5 * (dx * dx + dy * dy) / (k * k)) * clamp(in[at] / width, 0, 1));
+            sum = reg(r, sum + (in[at] == MODEL_LIT ? w : 0));
+            weight = reg(r, weight + w);
+            squares = reg(r, squares + w * w);
+        }
+    return (gathered){ reg(r, sum / weight), reg(r, weight * weight / squares) };
+}
+
+static double ray_variance(double a, double b) { return fmax(a * (1 - a), b * (1 - b)) + 0.09; }
+
+/* Part of history that is worth keeping, by how far the rays around contradict it. */
+static double trust_in(double history, gathered around, double frames)
+{
+    double variance = ray_variance(around.mean, history), off = history - around.mean;
+    double bias = fmax(off * off - (4 + 32 / around.count) * variance / around.count, 0);
+    return 1 / (1 + frames * bias / variance);
+}
+
+static shadow_word fetch_history(const shadow_model *m, int i, double width)
+{
+    const shadow_word none = { 0, 0, 0, 0 }, *h = &m->history[i];
+    double weight = fmin((h->age > 0 ? WIDEST : h->width) / width, 1);
+    if (!m->started || !(weight > 0.01)) return none;
+    return (shadow_word){ h->mean, h->age, h->width, h->age > 0 ? h->stabilized : h->mean };
+}
+
+static shadow_word accumulate_at(const shadow_model *m, const double *in, int i, uint32_t frame_index)
+{
+    model_rounding r = model_rounding_of(m->passes, ACCUMULATION);
+    double width = find_width(r, in, i), lit = in[i] == MODEL_LIT;
+    if (!(width > 0)) return (shadow_word){ lit, 0, store_width(r, in[i]), 0 };
+    gathered around = gather_mean(r, in, i, width);
+    shadow_word h = fetch_history(m, i, width);
+    double frames = history_length(m, h.age, width), trust = reg(r, trust_in(h.mean, around, frames));
+    double slack = reg(r, 2 * sqrt(ray_variance(around.mean, h.mean) / around.count));
+    double mean = reg(r, mix(clamp(h.mean, around.mean - slack, around.mean + slack), lit, 1 / (1 + frames * trust)));
+    double age = reg(r, mix(frames * trust, h.age, trust * trust * trust * trust) + 1);
+    return (shadow_word){ store_steps(r, mean, 255, random_of(i, 0, frame_index)), fmin(store_age(r, age, random_of(i, 3, frame_index)), MOST_AGE), store_width(r, width), h.stabilized };
+}
+
+/* ---- blur */
+typedef struct sums { double mean, weight, squares; } sums;
+
+static void add_tap(model_rounding r, const shadow_word *words, int i, int dx, int dy, double radius, sums *s)
+{
+    int at = pixel_at(i, dx, dy);
+    if (at < 0) return;
+    double w = reg(r, fmin(words[at].width / words[i].width, 1) * exp(-FALLOFF * (dx * dx + dy * dy) / (radius * radius)));
+    s->mean = reg(r, s->mean + w * words[at].mean);
+    s->weight = reg(r, s->weight + w);
+    s->squares = reg(r, s->squares + w * w);
+}
+
+/* On a disc that turns from frame to frame, within a part of the picture. */
+static void add_far(model_rounding r, const shadow_word *words, int i, double radius, uint32_t frame_index, sums *s)
+{
+    double reach = 0.045 * MODEL_SIZE, scale = 1 / sqrt(1 / (radius * radius) + 1 / (reach * reach)), angle = random_of(0, 1, frame_index) * 6.2831853;
+    double x = cos(angle), y = sin(angle);
+    for (int k = 0; k < FAR_TAPS; k++) {
+        double far = scale * sqrt((k + 0.5) / FAR_TAPS), turned = x * -0.73736887 - y * 0.67549029;
+        add_tap(r, words, i, (int)nearbyint(far * x), (int)nearbyint(far * y), radius, s);
+        y = x * 0.67549029 + y * -0.73736887;
+        x = turned;
+    }
+}
+
+static double filter(const shadow_model *m, model_rounding r, const shadow_word *words, int i, uint32_t frame_index, double *deviation)
+{
+    double frames = frames_in_mean(m, &words[i]), scaled = m->settings.penumbra_blur_scale * words[i].width, radius = reg(r, fmax(scaled / sqrt(sqrt(frames)), 1e-3));
+    sums s = { words[i].mean, 1, 1 };
+    for (int k = 0; k < 9; k++)
+        if (k != 4) add_tap(r, words, i, k % 3 - 1, k / 3 - 1, radius, &s);
+    add_far(r, words, i, radius, frame_index, &s);
+    double mean = reg(r, s.mean / s.weight);
+    *deviation = reg(r, sqrt((mean * (1 - mean) + 0.02) * s.squares / (s.weight * s.weight) / frames));
+    return reg(r, mix(words[i].mean, mean, smoothstep(0.1, 0.35, scaled / 0.6)));
+}
+
+static void blur(shadow_model *m, const shadow_word *words, uint32_t frame_index)
+{
+    model_rounding r = model_rounding_of(m->passes, BLUR);
+    for (int i = 0; i < MODEL_PIXELS; i++) {
+        double deviation = 0, shown = words[i].mean;
+        if (words[i].age > 0) {
+            double frames = fmin(frames_in_mean(m, &words[i]) - 1, m->settings.max_stabilized_frames), luma = shown = filter(m, r, words, i, frame_index, &deviation);
+            if (frames > 0) shown = reg(r, mix(luma, clamp(words[i].stabilized, luma - 2 * deviation, luma + 2 * deviation), frames / (1 + frames)));
+        }
+        m->history[i] = words[i];
+        m->history[i].stabilized = store_steps(r, shown, 255, random_of(i, 2, frame_index));
+        double root = store_steps(r, sqrt(clamp(shown, 0, 1)), 255, 0.5);
+        m->out[i] = root * root;
+    }
+}
+
+/* ---- a model */
+static void start(any_model *any, const any_settings *settings, model_passes passes)
+{
+    memset(&any->shadow, 0, sizeof any->shadow);
+    any->shadow.settings = settings->SIGMA_SHADOW;
+    any->shadow.passes = passes;
+}
+
+static void run_frame(any_model *any, const double *in, uint32_t frame_index)
+{
+    shadow_word words[MODEL_PIXELS];
+    for (int i = 0; i < MODEL_PIXELS; i++) words[i] = accumulate_at(&any->shadow, in, i, frame_index);
+    blur(&any->shadow, words, frame_index);
+    any->shadow.started = true;
+}
+
+static double value(const any_model *any, uint32_t pixel) { return any->shadow.out[pixel]; }
+
+const model_kind shadow_model_kind = { NRD_DENOISER_SIGMA_SHADOW, PASSES, { "accumulation", "blur" }, start, run_frame, value };

@@ -1,0 +1,154 @@
+/* Devices against double-precision models of the passes, and what rounding costs by those. */
+#include "stress/model.h"
+#include "stress/stress.h"
+
+#include <stdio.h>
+
+enum { SIZE = MODEL_SIZE, FRAMES = 12, MOST_SCENES = 5 };
+
+/* ---- inputs, in the units of model_kind */
+typedef double scene(uint32_t x, uint32_t y, uint32_t frame);
+
+static double noise(uint32_t x, uint32_t y, uint32_t frame) { return 2 * random_at(x, y, 100 + frame); }
+static double flat(uint32_t x, uint32_t y, uint32_t frame) { return 0.1 + 0 * (x + y + frame); }
+static double gradient(uint32_t x, uint32_t y, uint32_t frame) { return 0.2 + 0.02 * x + 0 * (y + frame); }
+static double edge(uint32_t x, uint32_t y, uint32_t frame) { return x < SIZE / 2 ? 0.1 + 0 * (y + frame) : 1; }
+static double impulse(uint32_t x, uint32_t y, uint32_t frame) { return x == SIZE / 2 && y == SIZE / 2 ? 6 : 1 + 0 * frame; }
+static double hole(uint32_t x, uint32_t y, uint32_t frame) { return x == SIZE / 2 && y == SIZE / 2 ? 0.1 + 0 * frame : 1; }
+static double unit_noise(uint32_t x, uint32_t y, uint32_t frame) { return 0.05 + 0.9 * random_at(x, y, 100 + frame); }
+
+/* A ray: blocked with that chance, by occluders at all distances. */
+static double ray(uint32_t x, uint32_t y, uint32_t frame, double blocked)
+{
+    return random_at(x, y, 100 + frame) < blocked ? 1 + 5 * random_at(x, y, 500 + frame) : MODEL_LIT;
+}
+static double half_blocked(uint32_t x, uint32_t y, uint32_t frame) { return ray(x, y, frame, 0.5); }
+static double shadow_ramp(uint32_t x, uint32_t y, uint32_t frame) { return ray(x, y, frame, x / (SIZE - 1.0)); }
+static double shadow_edge(uint32_t x, uint32_t y, uint32_t frame) { return ray(x, y, frame, fmin(fmax((x - 10.0) / 12, 0), 1)); }
+static double all_lit(uint32_t x, uint32_t y, uint32_t frame) { return ray(x, y, frame, 0); }
+static double one_blocked(uint32_t x, uint32_t y, uint32_t frame) { return ray(x, y, frame, x == SIZE / 2 && y == SIZE / 2); }
+
+typedef struct modelled {
+    const model_kind *kind;
+    guarantee stored, device;
+    bool relative;                                                       /* errors */
+    bool rms_stored, rms_device;                                         /* not the largest of all pixels */
+    bool varies_as_stored;                                               /* what is rounded at random changes the variance */
+    struct { scene *what; const char *name; } scenes[MOST_SCENES];       /* the first: noise */
+} modelled;
+static const modelled all[] = {
+    { &reblur_model_kind, GUARANTEE_STORAGE, GUARANTEE_MODEL, true, false, false, false,
+      { { noise, "noise" }, { flat, "a constant" }, { gradient, "a gradient" }, { edge, "an edge" }, { impulse, "an impulse" } } },
+    { &occlusion_model_kind, GUARANTEE_STORAGE_8_BIT, GUARANTEE_MODEL, false, true, false, false,
+      { { unit_noise, "noise" }, { flat, "a constant" }, { gradient, "a gradient" }, { edge, "an edge" }, { hole, "an impulse" } } },
+    { &shadow_model_kind, GUARANTEE_STORAGE_SHADOW, GUARANTEE_MODEL_SHADOW, false, true, true, true,
+      { { half_blocked, "noise" }, { all_lit, "a constant" }, { shadow_ramp, "a gradient" }, { shadow_edge, "an edge" }, { one_blocked, "an impulse" } } },
+};
+
+/* ---- runs */
+static any_settings settings_of(nrd_denoiser denoiser)
+{
+    any_settings settings;
+    nrd_settings_defaults(denoiser, &settings);
+    if (denoiser == NRD_DENOISER_REBLUR_DIFFUSE) settings.REBLUR_DIFFUSE.antilag_sensitivity = 0, settings.REBLUR_DIFFUSE.max_stabilized_frames = 0;
+    if (denoiser == NRD_DENOISER_REBLUR_DIFFUSE_OCCLUSION) settings.REBLUR_DIFFUSE_OCCLUSION.antilag_sigma_scale = 100;
+    return settings;
+}
+
+static void run_model(const model_kind *kind, any_model *m, scene *what, model_passes passes)
+{
+    double in[MODEL_PIXELS];
+    any_settings settings = settings_of(kind->denoiser);
+    kind->start(m, &settings, passes);
+    for (uint32_t frame = 0; frame < FRAMES; frame++) {
+        for (uint32_t i = 0; i < MODEL_PIXELS; i++) in[i] = (double)(float)what(i % SIZE, i / SIZE, frame);
+        kind->frame(m, in, frame);
+    }
+}
+
+static void put_input(const rig *r, uint32_t x, uint32_t y, double v)
+{
+    float *t = rig_texel(r, r->signals[0].in, x, y);
+    if (r->signals[0].kind == KIND_PENUMBRA) t[0] = v == MODEL_LIT ? 65504 : (float)(v * MODEL_PIXEL_UNITS);
+    else t[0] = (float)v, t[1] = (float)(0.2 * v), t[2] = (float)(0.1 * v);
+}
+
+static void run_device(rig *r, scene *what)
+{
+    rig_reset(r);
+    r->index = 0;
+    r->camera.aspect = 1;
+    r->settings = settings_of(r->denoiser);
+    for (uint32_t frame = 0; frame < FRAMES; frame++) {
+        rig_put_guides(r);
+        fill_noise(r, NOISE_CONSTANT, 1, 0);
+        FOR_PIXELS(r) put_input(r, x, y, what(x, y, frame));
+        rig_run(r);
+    }
+}
+
+/* ---- errors */
+static void read_device(const rig *r, double values[MODEL_PIXELS]) { FOR_PIXELS(r) values[y * SIZE + x] = rig_output_value(r, 0, x, y); }
+static void read_model(const modelled *of, const any_model *m, double values[MODEL_PIXELS])
+{
+    for (uint32_t i = 0; i < MODEL_PIXELS; i++) values[i] = of->kind->value(m, i);
+}
+
+static double error_of(const modelled *of, const double *values, const double *truth, bool rms)
+{
+    double most = 0, squares = 0;
+    for (uint32_t i = 0; i < MODEL_PIXELS; i++) {
+        double off = fabs(values[i] - truth[i]) / (of->relative ? truth[i] : 1);
+        most = fmax(most, off);
+        squares += off * off;
+    }
+    return rms ? sqrt(squares / MODEL_PIXELS) : most;
+}
+
+static double variance_of(const double *values)
+{
+    double sum = 0, squares = 0;
+    for (uint32_t i = 0; i < MODEL_PIXELS; i++) sum += values[i], squares += values[i] * values[i];
+    return squares / MODEL_PIXELS - sum * sum / MODEL_PIXELS / MODEL_PIXELS;
+}
+
+/* What the rounding of one pass costs. */
+static void check_pass(stress *s, const modelled *of, const double *exact, uint32_t pass, bool single)
+{
+    static any_model m;
+    char name[64];
+    double values[MODEL_PIXELS], planted = s->fault == FAULT_DARK ? 0.95 : 1;
+    model_passes passes = { single ? 1u << pass : 0, single ? 0 : 1u << pass };
+    run_model(of->kind, &m, of->scenes[0].what, passes);
+    read_model(of, &m, values);
+    for (uint32_t i = 0; i < MODEL_PIXELS; i++) values[i] *= planted;
+    snprintf(name, sizeof name, "%s %s", of->kind->names[pass], single ? "in 32 bits" : "stored as on the device");
+    check(s, single ? GUARANTEE_ARITHMETIC : of->stored, name, of->kind->denoiser, error_of(of, values, exact, !single && of->rms_stored));
+}
+
+static void check_all(stress *s, rig *r, const modelled *of)
+{
+    static any_model m;
+    char name[64];
+    double exact[MODEL_PIXELS], rounded[MODEL_PIXELS], device[MODEL_PIXELS];
+    uint32_t passes = (1u << of->kind->pass_count) - 1;
+    for (int i = 0; i < MOST_SCENES; i++) {
+        run_model(of->kind, &m, of->scenes[i].what, (model_passes){ passes, passes });
+        read_model(of, &m, rounded);
+        run_device(r, of->scenes[i].what);
+        read_device(r, device);
+        snprintf(name, sizeof name, "%s against the rounding model", of->scenes[i].name);
+        check(s, of->device, name, r->denoiser, error_of(of, device, rounded, of->rms_device));
+        if (i) continue;
+        run_model(of->kind, &m, of->scenes[0].what, (model_passes){ 0, 0 });
+        read_model(of, &m, exact);
+        check(s, GUARANTEE_VARIANCE, "variance of the filtered noise", r->denoiser, fabs(variance_of(device) / variance_of(of->varies_as_stored ? rounded : exact) - 1));
+    }
+    for (uint32_t pass = 0; pass < of->kind->pass_count; pass++) check_pass(s, of, exact, pass, true), check_pass(s, of, exact, pass, false);
+}
+
+void stress_models(stress *s, rig *r)
+{
+    for (size_t i = 0; i < sizeof all / sizeof all[0]; i++)
+        if (all[i].kind->denoiser == r->denoiser) check_all(s, r, &all[i]);
+}
