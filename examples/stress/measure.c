@@ -45,6 +45,7 @@ double noise_at(noise_kind kind, uint32_t x, uint32_t y, uint32_t frame, uint32_
     case NOISE_FIREFLY: return x == 5 && y == 3 ? 1e6 : 2 * one;
     case NOISE_STEP: return x & 1 ? 1e-4 : 1e4;
     case NOISE_BLOCK: return 2 * random_at(x / 8, y / 8, frame ^ seed << 16);
+    case NOISE_SCATTERED: return one < 1.0 / 128 ? 128 : 0;
     case NOISE_BLUE: return x & 1 ? 2 - 2 * even : 2 * even;
     default: return 1;
     }

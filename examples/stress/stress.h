@@ -37,6 +37,7 @@
     X(EDGE_WIDTH, 1.4, "standard deviation of what such a step is spread over, px") \
     X(EDGE_8_BIT, 0.03, "error of occlusion 4 pixels from such a step") \
     X(ENERGY, 0.01, "energy that a pixel 5 times brighter than the rest loses or gains at luminance_sigma_scale 1000; and in the first two passes at any") \
+    X(SCATTERED_ENERGY, 0.03, "energy lost or gained of single pixels lit 128 times the mean that come and go at random, one in 128, without antilag") \
     X(OUTLIER_ENERGY, 0.24, "energy that a single pixel lit in the dark loses or gains in the first frame, at defaults") \
     X(STILL_ENERGY, 0.32, "energy that such a pixel loses or gains that stays lit for 40 frames") \
     X(FRAMED_ENERGY, 0.12, "the same in the first frame in the middle of 32x32 px, whose border gives part of it back") \
@@ -118,7 +119,8 @@ typedef enum noise_kind {
     NOISE_FIREFLY,   /* 1e6 times the rest in a single pixel of the picture */
     NOISE_STEP,      /* columns of 1e-4 and 1e4 in turn */
     NOISE_BLOCK,     /* uniform, equal over 8 x 8 pixels */
-    NOISE_BLUE       /* uniform, what one pixel has too much its neighbour lacks */
+    NOISE_BLUE,      /* uniform, what one pixel has too much its neighbour lacks */
+    NOISE_SCATTERED  /* 128 in one pixel of 128 */
 } noise_kind;
 /* Of mean 1 (but fireflies and steps). */
 double noise_at(noise_kind kind, uint32_t x, uint32_t y, uint32_t frame, uint32_t seed);

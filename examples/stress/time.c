@@ -4,7 +4,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 
-enum { SIZE = 16, RING = 61, QUICK_FRAMES = 500, LONG_FRAMES = 100000, SETTLE = 250 };
+enum { SIZE = 16, RING = 61, QUICK_FRAMES = 500, LONG_FRAMES = 100000, SETTLE = 250, SCATTERED_SIZE = 32 };
 
 /* ---- inputs that repeat, kept on the device */
 typedef struct ring {
@@ -17,7 +17,7 @@ typedef struct ring {
 static void add_chroma(double sum[2], const rig *r, uint32_t signal, nrd_resource picture, double part)
 {
     if (r->signals[signal].kind != KIND_RADIANCE) return;
-    FOR_PIXELS(r) for (int k = 0; k < 2; k++) sum[k] += part / (SIZE * SIZE) * rig_texel(r, picture, x, y)[1 + k];
+    FOR_PIXELS(r) for (int k = 0; k < 2; k++) sum[k] += part / (r->rect_width * r->rect_height) * rig_texel(r, picture, x, y)[1 + k];
 }
 
 static void ring_make(ring *g, rig *r, noise_kind noise, double level, uint32_t seed)
@@ -113,6 +113,23 @@ static void long_run(stress *s, rig *r, noise_kind noise, double level, const ch
     check(s, is_shadow(r) ? GUARANTEE_SHADOW_MEAN : sparse || dim ? GUARANTEE_ROUGH_MEAN : GUARANTEE_MEAN, of, r->denoiser, late);
     if (!sparse && !dim) check(s, GUARANTEE_DRIFT, of, r->denoiser, fabs(late - early));
     ring_free(&g, r);
+}
+
+/* Impulses that come and go at random: what one loses at once, others have given. More frames than the ring has make no difference. */
+static void scattered(stress *s, nrd_denoiser denoiser)
+{
+    ring g;
+    rig r;
+    rig_desc desc = stress_rig(s, denoiser, SCATTERED_SIZE, SCATTERED_SIZE);
+    rig_open(&r, &desc);
+    begin(&r, 3);
+    if (rig_set(&r, "antilag_sensitivity", 0)) {
+        ring_make(&g, &r, NOISE_SCATTERED, 1, s->seed);
+        run_ring(&r, &g, SETTLE);
+        check(s, GUARANTEE_SCATTERED_ENERGY, "impulses at random", denoiser, error_of_mean(&r, &g));
+        ring_free(&g, &r);
+    }
+    rig_close(&r);
 }
 
 /* ---- a constant picture stands still */
@@ -295,5 +312,6 @@ void stress_time(stress *s)
         rig_open(&r, &desc);
         run_denoiser(s, &r);
         rig_close(&r);
+        scattered(s, (nrd_denoiser)d);
     }
 }
