@@ -23,12 +23,15 @@ typedef void change(rig *r, uint32_t frame, uint32_t x, uint32_t y, float *mv, f
 
 static double sign_at(uint32_t x, uint32_t y, uint32_t frame) { return random_at(x, y, frame + 900) < 0.5 ? -1 : 1; }
 
-static void change_radiance(rig *r, uint32_t frame, uint32_t x, uint32_t y, float *mv, float *z, float *normal)
+#define STEP (1.0 / 2048)   /* of a half, relative */
+
+static void change_samples(rig *r, uint32_t frame, uint32_t x, uint32_t y, float *mv, float *z, float *normal)
 {
     (void)mv, (void)z, (void)normal;
     for (uint32_t s = 0; s < r->signal_count; s++) {
-        float *t = rig_texel(r, r->signals[s].in, x, y), scale = 1 + (float)sign_at(x, y, frame) / 2048.0f;
-        if (r->signals[s].kind != KIND_PENUMBRA && r->signals[s].kind != KIND_TRANSLUCENCY) for (int k = 0; k < 4; k++) t[k] *= scale;
+        float *t = rig_texel(r, r->signals[s].in, x, y), scale = 1 + (float)sign_at(x, y, frame) * (float)STEP;
+        if (r->signals[s].kind == KIND_PENUMBRA) t[0] *= t[0] < 65504 ? scale : 1;
+        else if (r->signals[s].kind != KIND_TRANSLUCENCY) for (int k = 0; k < 4; k++) t[k] *= scale;
     }
 }
 
@@ -102,12 +105,13 @@ static difference compare_values(const rig *r, const double *before, const doubl
     return worst;
 }
 
-typedef struct sensitivity_row { const char *name; change *change; guarantee rms; } sensitivity_row;
+typedef struct sensitivity_row { const char *name; change *change; guarantee rms; bool light, shadow; } sensitivity_row; /* light, shadow: of which denoisers */
 static const sensitivity_row rows[] = {
-    { "samples by one step of a half", change_radiance, GUARANTEE_SENSE_SAMPLES },
-    { "motion by 0.01 px", change_motion, GUARANTEE_SENSE_MOTION },
-    { "depth by 0.1 %", change_depth, GUARANTEE_SENSE_DEPTH },
-    { "normals by one step of 10 bits", change_normal, GUARANTEE_SENSE_NORMALS },
+    { "samples by one step of a half", change_samples, GUARANTEE_SENSE_SAMPLES, true, false },
+    { "widths of penumbrae by one step of a half", change_samples, GUARANTEE_SENSE_WIDTHS, false, true },
+    { "motion by 0.01 px", change_motion, GUARANTEE_SENSE_MOTION, true, true },
+    { "depth by 0.1 %", change_depth, GUARANTEE_SENSE_DEPTH, true, true },
+    { "normals by one step of 10 bits", change_normal, GUARANTEE_SENSE_NORMALS, true, true },
 };
 
 static void run_denoiser(stress *s, rig *r)
@@ -117,11 +121,13 @@ static void run_denoiser(stress *s, rig *r)
     run_scene(r, NULL, s->seed);
     keep_values(r, before);
     for (size_t i = 0; i < sizeof rows / sizeof rows[0]; i++) {
+        if (!(r->signals[0].kind == KIND_PENUMBRA ? rows[i].shadow : rows[i].light)) continue;
         run_scene(r, rows[i].change, s->seed);
         keep_values(r, now);
         difference d = compare_values(r, before, now);
         check(s, rows[i].rms, rows[i].name, r->denoiser, d.rms);
         check(s, GUARANTEE_FLIPS, rows[i].name, r->denoiser, d.flipped);
+        if (rows[i].change == change_samples) check(s, rows[i].shadow ? GUARANTEE_SHADOW_CONDITION : GUARANTEE_CONDITION, rows[i].name, r->denoiser, d.rms / STEP);
     }
     free(before);
 }

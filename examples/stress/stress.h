@@ -50,6 +50,9 @@
     X(MODEL_SHADOW, 0.002, "the same of shadows, rms: a step of their root in 8 bits is 0.008") \
     X(VARIANCE, 0.02, "variance of filtered noise against that of the double-precision model (of shadows: of the rounding one), relative") \
     X(SENSE_SAMPLES, 0.002, "rms change of the picture when samples change by one step of a half (5e-4), of its mean") \
+    X(CONDITION, 4, "condition number: that change over the one of the samples, both relative") \
+    X(SENSE_WIDTHS, 0.006, "rms change of shadows when the widths of penumbrae change by one step of a half; a step of their root in 8 bits is 0.008") \
+    X(SHADOW_CONDITION, 10, "condition number of shadows, most of it from rounding at random to 8 bits") \
     X(SENSE_MOTION, 0.02, "rms change when motion changes by 0.01 px") \
     X(SENSE_DEPTH, 0.02, "rms change when depth changes by 0.1 %") \
     X(SENSE_NORMALS, 0.04, "rms change when normals change by a step of 10 bits") \
