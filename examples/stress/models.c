@@ -33,15 +33,16 @@ typedef struct modelled {
     guarantee stored, device;
     bool relative;                                                       /* errors */
     bool rms_stored, rms_device;                                         /* not the largest of all pixels */
+    bool linear;                                                         /* in noise that is small */
     bool varies_as_stored;                                               /* what is rounded at random changes the variance */
     struct { scene *what; const char *name; } scenes[MOST_SCENES];       /* the first: noise */
 } modelled;
 static const modelled all[] = {
-    { &reblur_model_kind, GUARANTEE_STORAGE, GUARANTEE_MODEL, true, false, false, false,
+    { &reblur_model_kind, GUARANTEE_STORAGE, GUARANTEE_MODEL, true, false, false, true, false,
       { { noise, "noise" }, { flat, "a constant" }, { gradient, "a gradient" }, { edge, "an edge" }, { impulse, "an impulse" } } },
-    { &occlusion_model_kind, GUARANTEE_STORAGE_8_BIT, GUARANTEE_MODEL, false, true, false, false,
+    { &occlusion_model_kind, GUARANTEE_STORAGE_8_BIT, GUARANTEE_MODEL, false, true, false, true, false,
       { { unit_noise, "noise" }, { flat, "a constant" }, { gradient, "a gradient" }, { edge, "an edge" }, { hole, "an impulse" } } },
-    { &shadow_model_kind, GUARANTEE_STORAGE_SHADOW, GUARANTEE_MODEL_SHADOW, false, true, true, true,
+    { &shadow_model_kind, GUARANTEE_STORAGE_SHADOW, GUARANTEE_MODEL_SHADOW, false, true, true, false, true,
       { { half_blocked, "noise" }, { all_lit, "a constant" }, { shadow_ramp, "a gradient" }, { shadow_edge, "an edge" }, { one_blocked, "an impulse" } } },
 };
 
@@ -126,6 +127,59 @@ static void check_pass(stress *s, const modelled *of, const double *exact, uint3
     check(s, single ? GUARANTEE_ARITHMETIC : of->stored, name, of->kind->denoiser, error_of(of, values, exact, !single && of->rms_stored));
 }
 
+/* ---- the number of samples in a value */
+enum { NOISE_RUNS = 240, NOISE_FRAMES = 4, MARGIN = 5 };   /* so many runs tell a variance to 6 %; MARGIN: px that a border may change */
+#define POKE 1e-3
+#define GENTLE 0.2                        /* noise of so much of the mean: filters are linear in it, and no cross turns */
+
+/* Values of a run with noise of its own; poked: a sample in the middle of that frame is larger. */
+static void run_gently(const modelled *of, any_model *m, uint32_t run, uint32_t poked, double values[MODEL_PIXELS])
+{
+    double in[MODEL_PIXELS];
+    any_settings settings = settings_of(of->kind->denoiser);
+    if (of->kind == &reblur_model_kind) settings.REBLUR_DIFFUSE.luminance_sigma_scale = 1000;
+    of->kind->start(m, &settings, (model_passes){ 0, 0 });
+    if (of->kind == &reblur_model_kind) m->reblur.endless = true;
+    for (uint32_t frame = 0; frame < NOISE_FRAMES; frame++) {
+        for (uint32_t i = 0; i < MODEL_PIXELS; i++) in[i] = 0.5 + GENTLE * (random_at(i % SIZE, i / SIZE, 1000 + NOISE_FRAMES * run + frame) - 0.5);
+        if (frame == poked) in[SIZE / 2 * SIZE + SIZE / 2] += POKE;
+        of->kind->frame(m, in, frame);
+    }
+    read_model(of, m, values);
+}
+
+/* Variance of the output over that of the input, by what one sample of each frame changes: the inverse of the effective number of samples. */
+static double predicted_variance(const modelled *of, any_model *m)
+{
+    double values[MODEL_PIXELS], poked[MODEL_PIXELS], sum = 0;
+    run_gently(of, m, 0, NOISE_FRAMES, values);
+    for (uint32_t frame = 0; frame < NOISE_FRAMES; frame++) {
+        run_gently(of, m, 0, frame, poked);
+        for (uint32_t i = 0; i < MODEL_PIXELS; i++) sum += (poked[i] - values[i]) * (poked[i] - values[i]) / (POKE * POKE);
+    }
+    return sum;
+}
+
+static double measured_variance(const modelled *of, any_model *m)
+{
+    double values[MODEL_PIXELS], squares = 0, count = 0;
+    for (uint32_t run = 0; run < NOISE_RUNS; run++) {
+        run_gently(of, m, run, NOISE_FRAMES, values);
+        for (uint32_t y = MARGIN; y < SIZE - MARGIN; y++)
+            for (uint32_t x = MARGIN; x < SIZE - MARGIN; x++) squares += (values[y * SIZE + x] - 0.5) * (values[y * SIZE + x] - 0.5), count++;
+    }
+    return squares / count * 12 / (GENTLE * GENTLE);
+}
+
+static void check_samples(stress *s, const modelled *of)
+{
+    static any_model m;
+    char name[64];
+    double predicted = predicted_variance(of, &m), planted = s->fault == FAULT_NOISY ? 4 : 1;
+    snprintf(name, sizeof name, "%.0f effective samples in %d frames", 1 / predicted, NOISE_FRAMES);
+    check(s, GUARANTEE_SAMPLES, name, of->kind->denoiser, fabs(planted * measured_variance(of, &m) / predicted - 1));
+}
+
 static void check_all(stress *s, rig *r, const modelled *of)
 {
     static any_model m;
@@ -145,6 +199,7 @@ static void check_all(stress *s, rig *r, const modelled *of)
         check(s, GUARANTEE_VARIANCE, "variance of the filtered noise", r->denoiser, fabs(variance_of(device) / variance_of(of->varies_as_stored ? rounded : exact) - 1));
     }
     for (uint32_t pass = 0; pass < of->kind->pass_count; pass++) check_pass(s, of, exact, pass, true), check_pass(s, of, exact, pass, false);
+    if (of->linear) check_samples(s, of);
 }
 
 void stress_models(stress *s, rig *r)

@@ -49,6 +49,7 @@
     X(MODEL, 0.002, "device against the model with all rounding, relative, after 12 frames of noise or of a picture") \
     X(MODEL_SHADOW, 0.002, "the same of shadows, rms: a step of their root in 8 bits is 0.008") \
     X(VARIANCE, 0.02, "variance of filtered noise against that of the double-precision model (of shadows: of the rounding one), relative") \
+    X(SAMPLES, 0.1, "variance of noise of known variance against what the effective number of samples in a value predicts, relative; of the model") \
     X(SENSE_SAMPLES, 0.002, "rms change of the picture when samples change by one step of a half (5e-4), of its mean") \
     X(CONDITION, 4, "condition number: that change over the one of the samples, both relative") \
     X(SENSE_WIDTHS, 0.006, "rms change of shadows when the widths of penumbrae change by one step of a half; a step of their root in 8 bits is 0.008") \
