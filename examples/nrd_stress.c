@@ -97,7 +97,8 @@ static void print_guarantee(const stress *s, guarantee g)
     }
     if (worst_denoiser < 0) return;
     const worst *w = &s->worst[g][worst_denoiser];
-    if (s->markdown) printf("| %s | %.3g | %.2g | %s: %s |\n", guarantee_text(g), guarantee_limit(g), w->measured, nrd_denoiser_name((nrd_denoiser)worst_denoiser), w->of);
+    if (s->markdown && w->measured == 0) printf("| %s | %.3g | 0 | all |\n", guarantee_text(g), guarantee_limit(g));
+    else if (s->markdown) printf("| %s | %.3g | %.2g | %s: %s |\n", guarantee_text(g), guarantee_limit(g), w->measured, nrd_denoiser_name((nrd_denoiser)worst_denoiser), w->of);
     else printf("%-15s %10.3g of %-8.3g %5u checks; worst: %s, %s\n", guarantee_name(g), w->measured, guarantee_limit(g), checks, nrd_denoiser_name((nrd_denoiser)worst_denoiser), w->of);
 }
 
