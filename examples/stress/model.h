@@ -1,5 +1,5 @@
-/* model.h: what the passes of three denoisers compute, in double precision, where geometry plays no part: on a wall that faces a still
-   camera (and the light), without antilag; REBLUR_DIFFUSE also without stabilisation over time. What 32 bits in registers and the few bits
+/* model.h: what the passes of four denoisers compute, in double precision, where geometry plays no part: on a wall that faces a still
+   camera (and the light), without antilag; those of radiance also without stabilisation over time. What 32 bits in registers and the few bits
    that are stored cost can be switched on pass by pass. */
 #ifndef STRESS_MODEL_H
 #define STRESS_MODEL_H
@@ -25,7 +25,7 @@ double store_steps(model_rounding r, double v, double steps, double random);
 /* The hash of all passes. */
 uint32_t model_hash(uint32_t x, uint32_t y, uint32_t z);
 
-/* ---- REBLUR_DIFFUSE */
+/* ---- REBLUR_DIFFUSE, REBLUR_SPECULAR */
 #define REBLUR_MODEL_PASSES(X) X(ACCUMULATION, "temporal accumulation") X(BLUR, "blur") X(POST_BLUR_1, "post-blur 1") X(POST_BLUR_2, "post-blur 2") X(STABILIZATION, "stabilization")
 typedef enum reblur_model_pass {
 #define MODEL_MEMBER(name, text) REBLUR_MODEL_##name,
@@ -41,6 +41,8 @@ typedef struct reblur_model {
     model_passes passes;
     nrd_reblur_settings settings;
     bool endless;                        /* the picture goes on with itself on the other side: no light gets lost at its border */
+    bool specular;                       /* lobes of roughness 0.5 */
+    double footprint[MODEL_PIXELS];      /* specular: what a lobe sees, px */
     double frames;                       /* length of history, of all pixels */
     double sum[REBLUR_MODEL_PASS_COUNT]; /* of the luma of all pixels, after each pass of the last frame */
     model_texel history[MODEL_PIXELS];
@@ -80,6 +82,7 @@ typedef union any_model { reblur_model reblur; occlusion_model occlusion; shadow
 /* At the distance that the rig puts walls at: units along the view axis, and of a pixel there. */
 #define MODEL_DEPTH 10.0
 #define MODEL_PIXEL_UNITS (MODEL_DEPTH / MODEL_SIZE)
+#define MODEL_HIT_DIST 0.5               /* normalised, of samples of radiance */
 
 typedef struct model_kind {
     nrd_denoiser denoiser;
@@ -90,6 +93,6 @@ typedef struct model_kind {
     void (*frame)(any_model *m, const double *in, uint32_t frame_index);
     double (*value)(const any_model *m, uint32_t pixel); /* of the last frame's output */
 } model_kind;
-extern const model_kind reblur_model_kind, occlusion_model_kind, shadow_model_kind;
+extern const model_kind reblur_model_kind, specular_model_kind, occlusion_model_kind, shadow_model_kind;
 
 #endif

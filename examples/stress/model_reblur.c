@@ -3,6 +3,47 @@
 #include <math.h>
 #include <string.h>
 
+/* ---- specular lobes: a neighbour counts as far as it sees the same reflection */
+/* Surfaces as the rig has them, roughness 0.5: in 9 bits and a sign, of which the passes keep 8; the light hits MODEL_HIT_DIST of the way that counts. */
+static double camera_distance(int i)
+{
+    double x = (i % MODEL_SIZE + 0.5 - MODEL_SIZE / 2) * MODEL_PIXEL_UNITS, y = (i / MODEL_SIZE + 0.5 - MODEL_SIZE / 2) * MODEL_PIXEL_UNITS;
+    return sqrt(x * x + y * y + MODEL_DEPTH * MODEL_DEPTH);
+}
+
+/* Hit distance over itself and the distance to the camera; not that of the nearest of 3x3, which one stray sample may be. */
+static double tracked(const nrd_reblur_settings *s, int i)
+{
+    const double roughness = 511.0 / 1023;
+    double whole = (s->hit_distance_a + MODEL_DEPTH * s->hit_distance_b) * (1 + (s->hit_distance_c - 1) * exp2(s->hit_distance_d * roughness * roughness));
+    double hit_dist = MODEL_HIT_DIST * whole, nearest = 2, second = 2;
+    for (int k = 0; k < 9; k++) {
+        int x = i % MODEL_SIZE + k % 3 - 1, y = i / MODEL_SIZE + k / 3 - 1;
+        if (x < 0 || y < 0 || x >= MODEL_SIZE || y >= MODEL_SIZE) continue;
+        double q = hit_dist / (hit_dist + camera_distance(y * MODEL_SIZE + x));
+        second = fmin(second, fmax(nearest, q));
+        nearest = fmin(nearest, q);
+    }
+    return second;
+}
+
+/* Pixels that a lobe sees; kept in 8 bits. */
+static void track(reblur_model *m, uint32_t frame_index)
+{
+    const double alpha = 127.0 / 255 * 127 / 255;
+    model_rounding r = model_rounding_of(m->passes, REBLUR_MODEL_ACCUMULATION);
+    for (int i = 0; i < MODEL_PIXELS; i++) {
+        double random = ((model_hash((uint32_t)i % MODEL_SIZE, (uint32_t)i / MODEL_SIZE, frame_index) >> 24) + 0.5) / 256;
+        m->footprint[i] = alpha * camera_distance(i) * store_steps(r, reg(r, tracked(&m->settings, i)), 255, random) / MODEL_PIXEL_UNITS;
+    }
+}
+
+static double lobe_weight(const reblur_model *m, int i, int dx, int dy, int step)
+{
+    double wide = 2.4 * m->footprint[i] / step;
+    return m->specular ? exp(-0.5 * (dx * dx + dy * dy) / fmax(wide * wide, 1e-4)) : 1;
+}
+
 /* ---- temporal accumulation: Welford's recurrence */
 static void accumulate(const reblur_model *m, const double *noisy, uint32_t frame_index, model_texel *to)
 {
@@ -42,7 +83,7 @@ static void blur(reblur_model *m, const model_texel *from, model_texel *to, uint
             int dx = k % 3 - 1, dy = k / 3 - 1;
             const model_texel *t = texel_at(m, from, i % MODEL_SIZE + dx, i / MODEL_SIZE + dy);
             if (!t) continue;
-            double w = binomial(dx, dy) * frames;
+            double w = reg(r, binomial(dx, dy) * lobe_weight(m, i, dx, dy, 1)) * frames;
             color = reg(r, color + w * t->luma);
             moment = reg(r, moment + w * reg(r, t->sigma * t->sigma + t->luma * t->luma));
             variance = reg(r, variance + w * t->sigma * t->sigma);
@@ -77,7 +118,7 @@ static model_texel atrous_at(const reblur_model *m, model_rounding r, const mode
         const model_texel *t = texel_at(m, from, x + dx * step, y + dy * step);
         if (!t || t == c) continue;
         double variance = reg(r, t->sigma * t->sigma), luma = reg(r, fabs(c->luma - t->luma) / sqrt(reg(r, own + variance + least)));
-        double w = reg(r, (cross ? 0.75 : binomial(dx, dy)) * exp(-1.4142136 / m->settings.luminance_sigma_scale * luma));
+        double w = reg(r, (cross ? 0.75 : binomial(dx, dy)) * lobe_weight(m, y * MODEL_SIZE + x, dx, dy, step) * exp(-1.4142136 / m->settings.luminance_sigma_scale * luma));
         color = reg(r, color + w * t->luma);
         noise = reg(r, noise + w * w * variance);
         weight = reg(r, weight + w);
@@ -100,8 +141,14 @@ static double sum_of(const model_texel *texels)
 static void start(any_model *any, const any_settings *settings, model_passes passes)
 {
     memset(&any->reblur, 0, sizeof any->reblur);
-    any->reblur.settings = settings->REBLUR_DIFFUSE;
+    any->reblur.settings = settings->REBLUR_DIFFUSE;   /* the same struct for both */
     any->reblur.passes = passes;
+}
+
+static void start_specular(any_model *any, const any_settings *settings, model_passes passes)
+{
+    start(any, settings, passes);
+    any->reblur.specular = true;
 }
 
 static void run_frame(any_model *any, const double *noisy, uint32_t frame_index)
@@ -109,6 +156,7 @@ static void run_frame(any_model *any, const double *noisy, uint32_t frame_index)
     static model_texel a[MODEL_PIXELS], b[MODEL_PIXELS];
     model_texel *const between[2] = { a, b };
     reblur_model *m = &any->reblur;
+    if (m->specular) track(m, frame_index);
     accumulate(m, noisy, frame_index, a);
     m->frames = fmin(fmin(m->frames, m->settings.max_accumulated_frames) + 1, 63.75);
     m->sum[REBLUR_MODEL_ACCUMULATION] = sum_of(a);
@@ -123,10 +171,7 @@ static void run_frame(any_model *any, const double *noisy, uint32_t frame_index)
 
 static double value(const any_model *any, uint32_t pixel) { return any->reblur.out[pixel].luma; }
 
-const model_kind reblur_model_kind = {
-    NRD_DENOISER_REBLUR_DIFFUSE, REBLUR_MODEL_PASS_COUNT,
 #define MODEL_NAME(name, text) text,
-    { REBLUR_MODEL_PASSES(MODEL_NAME) },
+const model_kind reblur_model_kind = { NRD_DENOISER_REBLUR_DIFFUSE, REBLUR_MODEL_PASS_COUNT, { REBLUR_MODEL_PASSES(MODEL_NAME) }, start, run_frame, value };
+const model_kind specular_model_kind = { NRD_DENOISER_REBLUR_SPECULAR, REBLUR_MODEL_PASS_COUNT, { REBLUR_MODEL_PASSES(MODEL_NAME) }, start_specular, run_frame, value };
 #undef MODEL_NAME
-    start, run_frame, value
-};

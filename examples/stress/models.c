@@ -31,7 +31,7 @@ static double one_blocked(uint32_t x, uint32_t y, uint32_t frame) { return ray(x
 typedef struct modelled {
     const model_kind *kind;
     guarantee stored, device;
-    bool relative;                                                       /* errors */
+    bool relative;                                                       /* errors; of radiance */
     bool rms_stored, rms_device;                                         /* not the largest of all pixels */
     bool linear;                                                         /* in noise that is small */
     bool varies_as_stored;                                               /* what is rounded at random changes the variance */
@@ -39,6 +39,8 @@ typedef struct modelled {
 } modelled;
 static const modelled all[] = {
     { &reblur_model_kind, GUARANTEE_STORAGE, GUARANTEE_MODEL, true, false, false, true, false,
+      { { noise, "noise" }, { flat, "a constant" }, { gradient, "a gradient" }, { edge, "an edge" }, { impulse, "an impulse" } } },
+    { &specular_model_kind, GUARANTEE_STORAGE, GUARANTEE_MODEL, true, false, false, true, false,
       { { noise, "noise" }, { flat, "a constant" }, { gradient, "a gradient" }, { edge, "an edge" }, { impulse, "an impulse" } } },
     { &occlusion_model_kind, GUARANTEE_STORAGE_8_BIT, GUARANTEE_MODEL, false, true, false, true, false,
       { { unit_noise, "noise" }, { flat, "a constant" }, { gradient, "a gradient" }, { edge, "an edge" }, { hole, "an impulse" } } },
@@ -51,7 +53,7 @@ static any_settings settings_of(nrd_denoiser denoiser)
 {
     any_settings settings;
     nrd_settings_defaults(denoiser, &settings);
-    if (denoiser == NRD_DENOISER_REBLUR_DIFFUSE) settings.REBLUR_DIFFUSE.antilag_sensitivity = 0, settings.REBLUR_DIFFUSE.max_stabilized_frames = 0;
+    if (denoiser == NRD_DENOISER_REBLUR_DIFFUSE || denoiser == NRD_DENOISER_REBLUR_SPECULAR) settings.REBLUR_DIFFUSE.antilag_sensitivity = 0, settings.REBLUR_DIFFUSE.max_stabilized_frames = 0;
     if (denoiser == NRD_DENOISER_REBLUR_DIFFUSE_OCCLUSION) settings.REBLUR_DIFFUSE_OCCLUSION.antilag_sigma_scale = 100;
     return settings;
 }
@@ -71,7 +73,7 @@ static void put_input(const rig *r, uint32_t x, uint32_t y, double v)
 {
     float *t = rig_texel(r, r->signals[0].in, x, y);
     if (r->signals[0].kind == KIND_PENUMBRA) t[0] = v == MODEL_LIT ? 65504 : (float)(v * MODEL_PIXEL_UNITS);
-    else t[0] = (float)v, t[1] = (float)(0.2 * v), t[2] = (float)(0.1 * v);
+    else t[0] = (float)v, t[1] = (float)(0.2 * v), t[2] = (float)(0.1 * v), t[3] = (float)MODEL_HIT_DIST;
 }
 
 static void run_device(rig *r, scene *what)
@@ -137,9 +139,9 @@ static void run_gently(const modelled *of, any_model *m, uint32_t run, uint32_t 
 {
     double in[MODEL_PIXELS];
     any_settings settings = settings_of(of->kind->denoiser);
-    if (of->kind == &reblur_model_kind) settings.REBLUR_DIFFUSE.luminance_sigma_scale = 1000;
+    if (of->relative) settings.REBLUR_DIFFUSE.luminance_sigma_scale = 1000;
     of->kind->start(m, &settings, (model_passes){ 0, 0 });
-    if (of->kind == &reblur_model_kind) m->reblur.endless = true;
+    if (of->relative) m->reblur.endless = true;
     for (uint32_t frame = 0; frame < NOISE_FRAMES; frame++) {
         for (uint32_t i = 0; i < MODEL_PIXELS; i++) in[i] = 0.5 + GENTLE * (random_at(i % SIZE, i / SIZE, 1000 + NOISE_FRAMES * run + frame) - 0.5);
         if (frame == poked) in[SIZE / 2 * SIZE + SIZE / 2] += POKE;
