@@ -65,6 +65,7 @@ static void run_model(picture *what, double scale, uint32_t frames, double energ
     reblur_model *m = &any.reblur;
     any_settings settings = { .REBLUR_DIFFUSE = nrd_reblur_defaults() };
     settings.REBLUR_DIFFUSE.luminance_sigma_scale = (float)scale;
+    settings.REBLUR_DIFFUSE.max_stabilized_frames = 0;
     for (uint32_t i = 0; i < MODEL_PIXELS; i++) noisy[i] = is_lit(i % MODEL_SIZE, i / MODEL_SIZE, MODEL_SIZE) ? what(SIZE / 2, SIZE / 2) : what(0, 0);
     for (uint32_t repeat = 0; repeat < REPEATS; repeat++) {
         reblur_model_kind.start(&any, &settings, (model_passes){ 0, 0 });

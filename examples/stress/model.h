@@ -1,5 +1,5 @@
 /* model.h: what the passes of four denoisers compute, in double precision, where geometry plays no part: on a wall that faces a still
-   camera (and the light), without antilag; those of radiance also without stabilisation over time. What 32 bits in registers and the few bits
+   camera (and the light), without antilag. What 32 bits in registers and the few bits
    that are stored cost can be switched on pass by pass. */
 #ifndef STRESS_MODEL_H
 #define STRESS_MODEL_H
@@ -46,6 +46,7 @@ typedef struct reblur_model {
     double frames;                       /* length of history, of all pixels */
     double sum[REBLUR_MODEL_PASS_COUNT]; /* of the luma of all pixels, after each pass of the last frame */
     model_texel history[MODEL_PIXELS];
+    double stabilized[MODEL_PIXELS];     /* luma of the last frame's output */
     model_texel out[MODEL_PIXELS];
 } reblur_model;
 

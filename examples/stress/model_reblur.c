@@ -85,13 +85,13 @@ static void blur(reblur_model *m, const model_texel *from, model_texel *to, uint
             if (!t) continue;
             double w = reg(r, binomial(dx, dy) * lobe_weight(m, i, dx, dy, 1)) * frames;
             color = reg(r, color + w * t->luma);
-            moment = reg(r, moment + w * reg(r, t->sigma * t->sigma + t->luma * t->luma));
+            moment = reg(r, moment + w * reg(r, t->sigma * t->sigma + (t->luma - from[i].luma) * (t->luma - from[i].luma)));
             variance = reg(r, variance + w * t->sigma * t->sigma);
             noise = reg(r, noise + w * w / frames);
             weight = reg(r, weight + w);
         }
         uint32_t random = model_hash((uint32_t)(i % MODEL_SIZE), (uint32_t)(i / MODEL_SIZE), ~frame_index) >> 8;
-        double mean = reg(r, color / weight), spread = reg(r, fmax(reg(r, moment / weight) - reg(r, mean * mean), 0));
+        double mean = reg(r, color / weight), off = reg(r, mean - from[i].luma), spread = reg(r, fmax(reg(r, moment / weight) - reg(r, off * off), 0));
         double back = fmin(1, m->settings.feedback_frames / frames);
         m->history[i].luma = store_half_dithered(r, reg(r, from[i].luma * (1 - back) + mean * back), random);
         m->history[i].sigma = store_half_dithered(r, reg(r, sqrt(variance / weight)), random);
@@ -123,12 +123,31 @@ static model_texel atrous_at(const reblur_model *m, model_rounding r, const mode
         noise = reg(r, noise + w * w * variance);
         weight = reg(r, weight + w);
     }
-    return (model_texel){ store_half(r, reg(r, color / weight)), store_half(r, reg(r, sqrt(noise) / weight)) };
+    return (model_texel){ reg(r, color / weight), reg(r, sqrt(noise) / weight) };
 }
 
+/* Stores what it gives, but in the last pass. */
 static void atrous(const reblur_model *m, reblur_model_pass pass, const model_texel *from, model_texel *to, uint32_t frame_index)
 {
-    for (int i = 0; i < MODEL_PIXELS; i++) to[i] = atrous_at(m, model_rounding_of(m->passes, pass), from, i % MODEL_SIZE, i / MODEL_SIZE, 1 << (pass - REBLUR_MODEL_BLUR), pass == REBLUR_MODEL_POST_BLUR_1, frame_index);
+    model_rounding r = model_rounding_of(m->passes, pass);
+    for (int i = 0; i < MODEL_PIXELS; i++) {
+        to[i] = atrous_at(m, r, from, i % MODEL_SIZE, i / MODEL_SIZE, 1 << (pass - REBLUR_MODEL_BLUR), pass == REBLUR_MODEL_POST_BLUR_1, frame_index);
+        if (pass != REBLUR_MODEL_STABILIZATION) to[i] = (model_texel){ store_half(r, to[i].luma), store_half(r, to[i].sigma) };
+    }
+}
+
+/* ---- stabilization: the luma goes towards the last frame's as far as the difference can be noise */
+static void stabilize(reblur_model *m, uint32_t frame_index)
+{
+    model_rounding r = model_rounding_of(m->passes, REBLUR_MODEL_STABILIZATION);
+    double frames = fmin(m->frames + 3, m->settings.max_stabilized_frames), share = reg(r, frames / (1 + frames));
+    for (int i = 0; i < MODEL_PIXELS; i++) {
+        double luma = m->out[i].luma, slack = reg(r, m->settings.stabilization_sigma_scale * m->out[i].sigma * (1 + 1.5 / fmax(m->frames, 1)));
+        double most = luma / fmax(1 - slack / fmax(luma, 1e-12), 0.5), allowed = fmin(fmax(m->stabilized[i], luma - 0.6 * slack), most);
+        if (m->frames > 1) luma = reg(r, luma * (1 - share) + allowed * share);
+        m->stabilized[i] = store_half_dithered(r, luma, model_hash((uint32_t)i % MODEL_SIZE, (uint32_t)i / MODEL_SIZE, frame_index) >> 8);
+        m->out[i].luma = store_half(r, luma);
+    }
 }
 
 static double sum_of(const model_texel *texels)
@@ -165,6 +184,7 @@ static void run_frame(any_model *any, const double *noisy, uint32_t frame_index)
     for (int pass = REBLUR_MODEL_POST_BLUR_1; pass <= REBLUR_MODEL_STABILIZATION; pass++) {
         model_texel *to = pass == REBLUR_MODEL_STABILIZATION ? m->out : between[pass & 1];
         atrous(m, (reblur_model_pass)pass, between[~pass & 1], to, frame_index);
+        if (pass == REBLUR_MODEL_STABILIZATION) stabilize(m, frame_index);
         m->sum[pass] = sum_of(to);
     }
 }

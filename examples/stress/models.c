@@ -49,19 +49,20 @@ static const modelled all[] = {
 };
 
 /* ---- runs */
-static any_settings settings_of(nrd_denoiser denoiser)
+/* stabilized: the luma over time, of denoisers of radiance. */
+static any_settings settings_of(nrd_denoiser denoiser, bool stabilized)
 {
     any_settings settings;
     nrd_settings_defaults(denoiser, &settings);
-    if (denoiser == NRD_DENOISER_REBLUR_DIFFUSE || denoiser == NRD_DENOISER_REBLUR_SPECULAR) settings.REBLUR_DIFFUSE.antilag_sensitivity = 0, settings.REBLUR_DIFFUSE.max_stabilized_frames = 0;
+    if (denoiser == NRD_DENOISER_REBLUR_DIFFUSE || denoiser == NRD_DENOISER_REBLUR_SPECULAR) settings.REBLUR_DIFFUSE.antilag_sensitivity = 0, settings.REBLUR_DIFFUSE.max_stabilized_frames *= stabilized;
     if (denoiser == NRD_DENOISER_REBLUR_DIFFUSE_OCCLUSION) settings.REBLUR_DIFFUSE_OCCLUSION.antilag_sigma_scale = 100;
     return settings;
 }
 
-static void run_model(const model_kind *kind, any_model *m, scene *what, model_passes passes)
+static void run_model(const model_kind *kind, any_model *m, scene *what, model_passes passes, bool stabilized)
 {
     double in[MODEL_PIXELS];
-    any_settings settings = settings_of(kind->denoiser);
+    any_settings settings = settings_of(kind->denoiser, stabilized);
     kind->start(m, &settings, passes);
     for (uint32_t frame = 0; frame < FRAMES; frame++) {
         for (uint32_t i = 0; i < MODEL_PIXELS; i++) in[i] = (double)(float)what(i % SIZE, i / SIZE, frame);
@@ -81,7 +82,7 @@ static void run_device(rig *r, scene *what)
     rig_reset(r);
     r->index = 0;
     r->camera.aspect = 1;
-    r->settings = settings_of(r->denoiser);
+    r->settings = settings_of(r->denoiser, true);
     for (uint32_t frame = 0; frame < FRAMES; frame++) {
         rig_put_guides(r);
         fill_noise(r, NOISE_CONSTANT, 1, 0);
@@ -115,18 +116,31 @@ static double variance_of(const double *values)
     return squares / MODEL_PIXELS - sum * sum / MODEL_PIXELS / MODEL_PIXELS;
 }
 
-/* What the rounding of one pass costs. */
-static void check_pass(stress *s, const modelled *of, const double *exact, uint32_t pass, bool single)
+/* What the rounding of some passes costs. */
+static double cost_of(const stress *s, const modelled *of, model_passes passes, bool stabilized)
 {
     static any_model m;
-    char name[64];
-    double values[MODEL_PIXELS], planted = s->fault == FAULT_DARK ? 0.95 : 1;
-    model_passes passes = { single ? 1u << pass : 0, single ? 0 : 1u << pass };
-    run_model(of->kind, &m, of->scenes[0].what, passes);
+    double values[MODEL_PIXELS], exact[MODEL_PIXELS], planted = s->fault == FAULT_DARK ? 0.95 : 1;
+    run_model(of->kind, &m, of->scenes[0].what, (model_passes){ 0, 0 }, stabilized);
+    read_model(of, &m, exact);
+    run_model(of->kind, &m, of->scenes[0].what, passes, stabilized);
     read_model(of, &m, values);
     for (uint32_t i = 0; i < MODEL_PIXELS; i++) values[i] *= planted;
-    snprintf(name, sizeof name, "%s %s", of->kind->names[pass], single ? "in 32 bits" : "stored as on the device");
-    check(s, single ? GUARANTEE_ARITHMETIC : of->stored, name, of->kind->denoiser, error_of(of, values, exact, !single && of->rms_stored));
+    return error_of(of, values, exact, passes.stored && of->rms_stored);
+}
+
+static void check_passes(stress *s, const modelled *of)
+{
+    char name[64];
+    for (uint32_t pass = 0; pass < of->kind->pass_count; pass++) {
+        snprintf(name, sizeof name, "%s in 32 bits", of->kind->names[pass]);
+        check(s, GUARANTEE_ARITHMETIC, name, of->kind->denoiser, cost_of(s, of, (model_passes){ 1u << pass, 0 }, false));
+        snprintf(name, sizeof name, "%s stored as on the device", of->kind->names[pass]);
+        check(s, of->stored, name, of->kind->denoiser, cost_of(s, of, (model_passes){ 0, 1u << pass }, false));
+    }
+    if (!of->relative) return;
+    check(s, GUARANTEE_ARITHMETIC, "stabilization over time in 32 bits", of->kind->denoiser, cost_of(s, of, (model_passes){ 1u << REBLUR_MODEL_STABILIZATION, 0 }, true));
+    check(s, GUARANTEE_STORAGE_STABILIZED, "stabilization over time stored as on the device", of->kind->denoiser, cost_of(s, of, (model_passes){ 0, 1u << REBLUR_MODEL_STABILIZATION }, true));
 }
 
 /* ---- the number of samples in a value */
@@ -138,7 +152,7 @@ enum { NOISE_RUNS = 240, NOISE_FRAMES = 4, MARGIN = 5 };   /* so many runs tell 
 static void run_gently(const modelled *of, any_model *m, uint32_t run, uint32_t poked, double values[MODEL_PIXELS])
 {
     double in[MODEL_PIXELS];
-    any_settings settings = settings_of(of->kind->denoiser);
+    any_settings settings = settings_of(of->kind->denoiser, false);
     if (of->relative) settings.REBLUR_DIFFUSE.luminance_sigma_scale = 1000;
     of->kind->start(m, &settings, (model_passes){ 0, 0 });
     if (of->relative) m->reblur.endless = true;
@@ -189,18 +203,18 @@ static void check_all(stress *s, rig *r, const modelled *of)
     double exact[MODEL_PIXELS], rounded[MODEL_PIXELS], device[MODEL_PIXELS];
     uint32_t passes = (1u << of->kind->pass_count) - 1;
     for (int i = 0; i < MOST_SCENES; i++) {
-        run_model(of->kind, &m, of->scenes[i].what, (model_passes){ passes, passes });
+        run_model(of->kind, &m, of->scenes[i].what, (model_passes){ passes, passes }, true);
         read_model(of, &m, rounded);
         run_device(r, of->scenes[i].what);
         read_device(r, device);
         snprintf(name, sizeof name, "%s against the rounding model", of->scenes[i].name);
         check(s, of->device, name, r->denoiser, error_of(of, device, rounded, of->rms_device));
         if (i) continue;
-        run_model(of->kind, &m, of->scenes[0].what, (model_passes){ 0, 0 });
+        run_model(of->kind, &m, of->scenes[0].what, (model_passes){ 0, 0 }, true);
         read_model(of, &m, exact);
         check(s, GUARANTEE_VARIANCE, "variance of the filtered noise", r->denoiser, fabs(variance_of(device) / variance_of(of->varies_as_stored ? rounded : exact) - 1));
     }
-    for (uint32_t pass = 0; pass < of->kind->pass_count; pass++) check_pass(s, of, exact, pass, true), check_pass(s, of, exact, pass, false);
+    check_passes(s, of);
     if (of->linear) check_samples(s, of);
 }
 

@@ -68,7 +68,8 @@ const bool CROSS = false;
 struct Sums {
     vec3 color;
     float weight;
-    float moment;      /* of single samples: sum of weight * (sigma^2 + luma^2) */
+    float luma;        /* of the centre */
+    float moment;      /* of single samples about that: sum of weight * (sigma^2 + (luma - centre)^2). About 0, rounding would be noise of 2e-4 */
     float variance;
     float noise;       /* sum of weight^2 / frames: what is left of the variance */
 #ifdef SH
@@ -76,9 +77,10 @@ struct Sums {
 #endif
 };
 
-Sums no_sums()
+Sums no_sums(float luma)
 {
     Sums s;
+    s.luma = luma;
     s.color = vec3(0.0);
     s.weight = s.moment = s.variance = s.noise = 0.0;
     SH_ONLY(s.light = no_light();)
@@ -88,9 +90,9 @@ Sums no_sums()
 /* w: weight per frame of history. */
 void add(inout Sums s, vec4 color, float frames, float weight)
 {
-    float w = weight * frames, variance = color.w * color.w;
+    float w = weight * frames, variance = color.w * color.w, off = color.x - s.luma;
     s.color += w * color.xyz;
-    s.moment += w * (variance + color.x * color.x);
+    s.moment += w * (variance + off * off);
     s.variance += w * variance;
     s.noise += w * weight;
     s.weight += w;
@@ -115,8 +117,8 @@ void mix_lights(ivec2 pixel, int signal, float luma, Sums s, Receiver receiver, 
 
 void store(ivec2 pixel, int signal, vec4 color, Sums s, float frames, vec4 change)
 {
-    float scale = mix(1.0, change.y, change.x), mean = s.color.x / s.weight;
-    float sample_variance = max(s.moment / s.weight - mean * mean, 0.0) * scale * scale;
+    float scale = mix(1.0, change.y, change.x), off = s.color.x / s.weight - s.luma;
+    float sample_variance = max(s.moment / s.weight - off * off, 0.0) * scale * scale;
     vec3 filtered = s.color / s.weight * scale;
     vec3 kept = mix(color.xyz * scale, filtered, min(1.0, g.feedback_frames / frames));
     uint random = hash(uint(pixel.x), uint(pixel.y), ~g.frame_index) >> 8;
@@ -158,7 +160,7 @@ void blur(ivec2 pixel, uvec2 guide)
         color[s] = cell_color(s, cell_at(ivec2(0)));
         ceiling[s] = limited ? firefly_ceiling(s, color[s].x) : 65504.0;
         if (limited) color[s] = cut(color[s], ceiling[s]);
-        sums[s] = no_sums();
+        sums[s] = no_sums(color[s].x);
         add(sums[s], color[s], frames[s], 1.0);
     }
     SH_ONLY(load_lights(pixel, lights);)
