@@ -305,7 +305,8 @@ typedef enum nrd_denoiser {
 
 /* Images that the app owns. X(name, storage format or 0 for any sampled float format, text)
    IN_ images are only sampled. OUT_ images are written as storage images of exactly this format.
-   Inputs are nrd_desc.width x height; pixels outside the rectangle, and noisy pixels of the sky, are never read and may hold anything.
+   Inputs are nrd_desc.width x height; pixels outside the rectangle, and noisy pixels of the sky, are never read and may hold anything; so are
+   specular ones of surfaces above specular_roughness_limit (but the split screen shows them).
    Guides hold no NaN or Inf inside the rectangle. */
 #define NRD_RESOURCES(X) \
     X(IN_MV, 0, "surface motion, see CONVENTIONS; RGBA16F") \

@@ -19,7 +19,7 @@ typedef struct stage {
     gpu_image images[NRD_RESOURCE_COUNT];
     bool (*is_sky)(uint32_t x, uint32_t y, uint32_t frame);   /* NULL: nowhere */
     int (*light)(uint32_t x, uint32_t y, uint32_t frame);     /* 1: all rays arrive, -1: none, 0: half of them. NULL: 0 */
-    bool (*is_rough)(uint32_t x, uint32_t y, uint32_t frame); /* roughness 0.8 instead of 0.3; NULL: on the right */
+    bool (*is_rough)(uint32_t x, uint32_t y, uint32_t frame); /* roughness 0.52 instead of 0.48, which are mixed; NULL: on the right, 0.8 instead of 0.3 */
     bool rubbish;                                             /* what is rough has NaN and whatever as specular inputs */
     uint32_t rect_width, rect_height;                         /* px; 0: all */
 } stage;
@@ -87,7 +87,8 @@ static inline void stage_fill_guides(const stage *s, uint32_t frame, float *z, u
     for (uint32_t i = 0; i < STAGE_PIXELS; i++) {
         uint32_t x = i % STAGE_WIDTH, y = i / STAGE_WIDTH;
         z[i] = stage_is_floor(y) ? 8.0f / (float)(2 * y + 1 - STAGE_HEIGHT) : 8.0f;
-        normals[i] = pack_normal_roughness(stage_is_floor(y) ? up : back, stage_is_rough(s, x, y, frame) ? 0.8f : 0.3f, x / 8 % 4);
+        float rough = s->is_rough ? 0.52f : 0.8f, smooth = s->is_rough ? 0.48f : 0.3f;
+        normals[i] = pack_normal_roughness(stage_is_floor(y) ? up : back, stage_is_rough(s, x, y, frame) ? rough : smooth, x / 8 % 4);
     }
 }
 

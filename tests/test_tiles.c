@@ -283,6 +283,40 @@ static void outputs_stay_as_they_are_where_it_is_too_rough(void **state)
     }
 }
 
+/* NaN in the outputs, half of them. */
+static void spoil_outputs(stage *s)
+{
+    static uint16_t halves[STAGE_PIXELS * 8];
+    for (size_t i = 0; i < sizeof halves / sizeof halves[0]; i++) halves[i] = i / 4 % 2 ? 0x7e00 : 0x7000;
+    for (int i = 0; i < NRD_RESOURCE_COUNT; i++)
+        if (s->images[i].view && nrd_resource_format((nrd_resource)i) == NRD_FORMAT_RGBA16_FLOAT) assert_true(gpu_upload(&device, &s->images[i], halves));
+}
+
+/* Neighbours do not see what is left in the images where a surface is too rough. */
+static void what_lies_where_it_is_too_rough_does_not_reach_others(void **state)
+{
+    static const nrd_denoiser some[] = { NRD_DENOISER_REBLUR_SPECULAR, NRD_DENOISER_REBLUR_DIFFUSE_SPECULAR, NRD_DENOISER_REBLUR_DIFFUSE_SPECULAR_SH };
+    static uint64_t left[STAGE_PIXELS], right[STAGE_PIXELS];
+    (void)state;
+    for (int k = 0; k < 3; k++) {
+        open_both_with(some[k], &(scenery){ NULL, NULL, wanders, NRD_FEATURE_ROUGHNESS_LIMIT });
+        for (uint32_t frame = 0; frame < 10; frame++) {
+            fill_outputs(&listed);
+            spoil_outputs(&whole);
+            stage_run(&listed, frame, NULL);
+            stage_run(&whole, frame, NULL);
+            for (int i = 0; i < NRD_RESOURCE_COUNT; i++) {
+                if (!listed.images[i].view || nrd_resource_format((nrd_resource)i) != NRD_FORMAT_RGBA16_FLOAT) continue;
+                assert_true(gpu_download(&device, &listed.images[i], left) && gpu_download(&device, &whole.images[i], right));
+                for (uint32_t p = 0; p < STAGE_PIXELS; p++)
+                    if (left[p] != right[p] && !wanders(p % STAGE_WIDTH, p / STAGE_WIDTH, frame))
+                        fail_msg("%s, frame %u, pixel %u of %s", nrd_denoiser_name(some[k]), frame, p, nrd_resource_name((nrd_resource)i));
+            }
+        }
+        close_both();
+    }
+}
+
 static void a_limit_changes_nothing_where_all_is_smoother(void **state)
 {
     static const nrd_denoiser some[] = { NRD_DENOISER_REBLUR_SPECULAR, NRD_DENOISER_REBLUR_DIFFUSE_SPECULAR_SH };
@@ -325,6 +359,7 @@ int main(void)
         cmocka_unit_test(a_half_sky_takes_the_groups_of_the_other_half),
         cmocka_unit_test(leaving_out_tiles_that_are_too_rough_changes_no_bit_of_any_frame),
         cmocka_unit_test(outputs_stay_as_they_are_where_it_is_too_rough),
+        cmocka_unit_test(what_lies_where_it_is_too_rough_does_not_reach_others),
         cmocka_unit_test(a_limit_changes_nothing_where_all_is_smoother),
         cmocka_unit_test(tiles_that_are_too_rough_take_no_groups_from_their_third_frame_on),
     };
