@@ -18,7 +18,7 @@ typedef struct stage {
     nrd_vk *vk;
     gpu_image images[NRD_RESOURCE_COUNT];
     bool (*is_sky)(uint32_t x, uint32_t y, uint32_t frame);   /* NULL: nowhere */
-    int (*light)(uint32_t x, uint32_t y, uint32_t frame);     /* 1: all rays arrive, -1: none, 0: half of them. NULL: 0 */
+    int (*light)(uint32_t x, uint32_t y, uint32_t frame);     /* 1: all rays arrive, -1: none, -2: none, by far, 0: half of them. NULL: 0 */
     bool (*is_rough)(uint32_t x, uint32_t y, uint32_t frame); /* roughness 0.52 instead of 0.48, which are mixed; NULL: on the right, 0.8 instead of 0.3 */
     bool rubbish;                                             /* what is rough has NaN and whatever as specular inputs */
     uint32_t rect_width, rect_height;                         /* px; 0: all */
@@ -108,7 +108,7 @@ static inline void stage_set_light(const stage *s, uint32_t frame, uint16_t (*te
 {
     for (uint32_t i = 0; s->light && i < STAGE_PIXELS; i++) {
         int light = s->light(i % STAGE_WIDTH, i / STAGE_WIDTH, frame);
-        if (light) texels[i][0] = half_from_float(light > 0 ? 65504 : 0.1f);
+        if (light) texels[i][0] = half_from_float(light > 0 ? 65504 : light == -1 ? 0.1f : 2);
     }
 }
 

@@ -208,6 +208,44 @@ static void an_edge_of_shadow_takes_the_groups_of_the_tiles_beside_it(void **sta
     close_both();
 }
 
+/* A ray that is blocked alone, on a floor or a wall that is lit. */
+static uint32_t lone_x, lone_y;
+static int lone(uint32_t x, uint32_t y, uint32_t frame) { (void)frame; return x == lone_x && y == lone_y ? -2 : 1; }
+
+/* A texel of grey, or of colour: what a blocked ray lets through is of any. */
+static bool is_white(const uint8_t *texel, uint32_t channels) { return texel[0] == 255 && (channels == 1 || (texel[1] == 255 && texel[2] == 255)); }
+
+static void assert_spread(const uint8_t *shown, uint32_t channels)
+{
+    for (uint32_t y = lone_y ? lone_y - 1 : 0; y <= lone_y + 1 && y < STAGE_HEIGHT; y++)
+        for (uint32_t x = lone_x ? lone_x - 1 : 0; x <= lone_x + 1 && x < STAGE_WIDTH; x++)
+            if (stage_is_floor(y) == stage_is_floor(lone_y) && is_white(&shown[(y * STAGE_WIDTH + x) * channels], channels))
+                fail_msg("pixel %u, %u is as if the ray at %u, %u had reached the light: its tile was left out", x, y, lone_x, lone_y);
+}
+
+/* Wherever the ray lies in its tile, the tiles that it borders on are in the list, and what is in the list is run. That another way to run a pass gives
+   the same would not tell: what is missing there is missing in all of them. */
+static void a_blocked_ray_darkens_the_pixels_around_it_whatever_their_tiles(void **state)
+{
+    static const char *const no_history[3] = { "max_accumulated_frames", NULL, NULL };
+    static uint8_t shown[STAGE_PIXELS * 4];
+    (void)state;
+    for (int colored = 0; colored < 2; colored++) {
+        nrd_resource out = colored ? NRD_RESOURCE_OUT_SHADOW_TRANSLUCENCY : NRD_RESOURCE_OUT_SHADOW;
+        uint32_t frame = 0;
+        open_both_lit(colored ? NRD_DENOISER_SIGMA_SHADOW_TRANSLUCENCY : NRD_DENOISER_SIGMA_SHADOW, NULL, lone);
+        stage_set(&listed, no_history);
+        for (uint32_t i = 0; i < STAGE_PIXELS; i++) {
+            lone_x = i % STAGE_WIDTH, lone_y = i / STAGE_WIDTH;
+            if ((lone_x + 1) % 8 > 1 || ((lone_y + 1) % 8 > 1 && lone_y % 8 != 4)) continue;   /* beside edges and corners of tiles */
+            stage_run(&listed, frame++, NULL);
+            assert_true(gpu_download(&device, &listed.images[out], shown));
+            assert_spread(shown, colored ? 4 : 1);
+        }
+        close_both();
+    }
+}
+
 static void a_half_sky_takes_the_groups_of_the_other_half(void **state)
 {
     (void)state;
@@ -356,6 +394,7 @@ int main(void)
         cmocka_unit_test(a_sky_takes_no_groups_from_its_third_frame_on),
         cmocka_unit_test(leaving_out_tiles_without_penumbra_changes_no_bit_of_any_frame),
         cmocka_unit_test(an_edge_of_shadow_takes_the_groups_of_the_tiles_beside_it),
+        cmocka_unit_test(a_blocked_ray_darkens_the_pixels_around_it_whatever_their_tiles),
         cmocka_unit_test(a_half_sky_takes_the_groups_of_the_other_half),
         cmocka_unit_test(leaving_out_tiles_that_are_too_rough_changes_no_bit_of_any_frame),
         cmocka_unit_test(outputs_stay_as_they_are_where_it_is_too_rough),
