@@ -65,6 +65,7 @@ typedef struct shadow_word {
     double mean;                         /* visibility */
     double age;                          /* frames that there has been a penumbra; 0: a ray as it is */
     double width;                        /* half width of the penumbra, of a blocked ray where there is none, px */
+    bool placed;                         /* its depth is known: not in tiles without a penumbra */
     double stabilized;                   /* visibility as shown; before the blur: in the frame before */
 } shadow_word;
 

@@ -10,6 +10,7 @@ enum { ACCUMULATION, BLUR, PASSES, REACH = 4, FAR_TAPS = 5 };
 #define WIDEST 256.0      /* px that a word holds */
 #define FALLOFF 1.5       /* exponent of weights at the radius */
 #define MOST_AGE 56.25
+#define EXACT_FRAMES 6.0  /* of what was no penumbra, where wide ones are */
 
 static double clamp(double v, double low, double high) { return fmin(fmax(v, low), high); }
 static double smoothstep(double low, double high, double v) { v = clamp((v - low) / (high - low), 0, 1); return v * v * (3 - 2 * v); }
@@ -102,24 +103,24 @@ static double trust_in(double history, gathered around, double frames)
 
 static shadow_word fetch_history(const shadow_model *m, int i, double width)
 {
-    const shadow_word none = { 0, 0, 0, 0 }, *h = &m->history[i];
-    double weight = fmin((h->age > 0 ? WIDEST : h->width) / width, 1);
+    const shadow_word none = { 0, 0, 0, false, 0 }, *h = &m->history[i];
+    double weight = fmin((h->age > 0 ? WIDEST : h->width) / width, 1), exact = h->placed ? EXACT_FRAMES * smoothstep(1, 2, width) : 0;
     if (!m->started || !(weight > 0.01)) return none;
-    return (shadow_word){ h->mean, h->age, h->width, h->age > 0 ? h->stabilized : h->mean };
+    return (shadow_word){ h->mean, fmax(h->age, exact), h->width, h->placed, h->age > 0 ? h->stabilized : h->mean };
 }
 
 static shadow_word accumulate_at(const shadow_model *m, const double *in, int i, uint32_t frame_index)
 {
     model_rounding r = model_rounding_of(m->passes, ACCUMULATION);
     double width = find_width(r, in, i), lit = in[i] == MODEL_LIT;
-    if (!(width > 0)) return (shadow_word){ lit, 0, store_width(r, in[i]), 0 };
+    if (!(width > 0)) return (shadow_word){ lit, 0, store_width(r, in[i]), true, 0 };
     gathered around = gather_mean(r, in, i, width);
     shadow_word h = fetch_history(m, i, width);
     double frames = history_length(m, h.age, width), trust = reg(r, trust_in(h.mean, around, frames));
     double slack = reg(r, 2 * sqrt(ray_variance(around.mean, h.mean) / around.count));
     double mean = reg(r, mix(clamp(h.mean, around.mean - slack, around.mean + slack), lit, 1 / (1 + frames * trust)));
     double age = reg(r, mix(frames * trust, h.age, trust * trust * trust * trust) + 1);
-    return (shadow_word){ store_steps(r, mean, 255, random_of(i, 0, frame_index)), fmin(store_age(r, age, random_of(i, 3, frame_index)), MOST_AGE), store_width(r, width), h.stabilized };
+    return (shadow_word){ store_steps(r, mean, 255, random_of(i, 0, frame_index)), fmin(store_age(r, age, random_of(i, 3, frame_index)), MOST_AGE), store_width(r, width), true, h.stabilized };
 }
 
 /* ---- blur */
@@ -176,6 +177,20 @@ static void blur(shadow_model *m, const shadow_word *words, uint32_t frame_index
     }
 }
 
+/* ---- tiles */
+/* Without rays of both kinds within 4 px of a tile its history is one word: no depth, a ray of any width. */
+static void forget_tile(shadow_model *m, const double *in, int left, int top)
+{
+    bool lit = false, blocked = false;
+    for (int y = top - 4; y < top + 12; y++)
+        for (int x = left - 4; x < left + 12; x++) {
+            if (x < 0 || y < 0 || x >= MODEL_SIZE || y >= MODEL_SIZE) continue;
+            lit |= in[y * MODEL_SIZE + x] == MODEL_LIT;
+            blocked |= in[y * MODEL_SIZE + x] != MODEL_LIT;
+        }
+    for (int i = 0; i < 64 && !(lit && blocked); i++) m->history[(top + i / 8) * MODEL_SIZE + left + i % 8] = (shadow_word){ lit, 0, WIDEST, false, 0 };
+}
+
 /* ---- a model */
 static void start(any_model *any, const any_settings *settings, model_passes passes)
 {
@@ -189,6 +204,7 @@ static void run_frame(any_model *any, const double *in, uint32_t frame_index)
     shadow_word words[MODEL_PIXELS];
     for (int i = 0; i < MODEL_PIXELS; i++) words[i] = accumulate_at(&any->shadow, in, i, frame_index);
     blur(&any->shadow, words, frame_index);
+    for (int tile = 0; tile < MODEL_PIXELS / 64; tile++) forget_tile(&any->shadow, in, tile % (MODEL_SIZE / 8) * 8, tile / (MODEL_SIZE / 8) * 8);
     any->shadow.started = true;
 }
 

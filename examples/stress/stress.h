@@ -46,7 +46,7 @@
     X(STORAGE, 0.002, "error of the picture when one pass stores 16 bits, relative, by that model") \
     X(STORAGE_STABILIZED, 0.004, "that of stabilization with what it keeps over time, which is rounded at random to 16 bits") \
     X(STORAGE_8_BIT, 0.001, "rms error of occlusion when one pass stores 12, 10 and 8 bits") \
-    X(STORAGE_SHADOW, 0.025, "rms error of shadows when one pass stores 8 bits, and lengths of history in 4, rounded at random") \
+    X(STORAGE_SHADOW, 0.015, "rms error of shadows when one pass stores 8 bits, and lengths of history in 4, rounded at random") \
     X(MODEL, 0.002, "device against the model with all rounding, relative, after 12 frames of noise or of a picture") \
     X(MODEL_SHADOW, 0.002, "the same of shadows, rms: a step of their root in 8 bits is 0.008") \
     X(VARIANCE, 0.02, "variance of filtered noise against that of the double-precision model (of shadows: of the rounding one), relative") \
