@@ -34,10 +34,9 @@ vec4 unfold_chroma(vec4 folded, vec4 color)
 vec4 round_color(vec4 color) { return unfold_chroma(round_half(fold_chroma(color)), color); }
 vec4 dither_color(vec4 color, uint random) { return unfold_chroma(dither_to_half(fold_chroma(color), random), color); }
 
-/* Between the steps of the filter; what is left over in dim light is less than a step, and gone with the last. */
 uvec2 pack_texel(vec4 color)
 {
-    color = round_half(color);
+    color = round_color(color);
     return uvec2(packHalf2x16(color.xy), packHalf2x16(color.zw));
 }
 vec4 unpack_texel(uvec2 t) { return vec4(unpackHalf2x16(t.x), unpackHalf2x16(t.y)); }
