@@ -24,15 +24,25 @@ vec4 dither_to_half(vec4 v, uint random)
 /* Colours. Rounded one by one, Y, Co and Cg can become what RGB of at least 0 cannot give, in dim light by a good part of Y. Of Y, Cg and
    abs(Co) + Cg none is larger than Y, and rounding that keeps the order of numbers and their opposites leaves it so. Below 2^-14, where all
    halves have the same steps, Co is therefore what is left between the last two; above, that would not always be a half. */
-float chroma_offset(float luma, float green) { return luma < 6.1035156e-5 ? green : 0.0; }
-vec4 fold_chroma(vec4 color) { return vec4(color.x, abs(color.y) + chroma_offset(color.x, color.z), color.zw); }
+bool is_dim(vec4 color) { return color.x < 6.1035156e-5; }
+vec4 fold_chroma(vec4 color) { return vec4(color.x, abs(color.y) + color.z, color.zw); }
 vec4 unfold_chroma(vec4 folded, vec4 color)
 {
-    float orange = folded.y - chroma_offset(color.x, folded.z);
+    float orange = folded.y - folded.z;
     return vec4(folded.x, color.y < 0.0 ? -orange : orange, folded.zw);
 }
-vec4 round_color(vec4 color) { return unfold_chroma(round_half(fold_chroma(color)), color); }
-vec4 dither_color(vec4 color, uint random) { return unfold_chroma(dither_to_half(fold_chroma(color), random), color); }
+
+vec4 round_color(vec4 color)
+{
+    if (is_dim(color)) return unfold_chroma(round_half(fold_chroma(color)), color);
+    return round_half(color);
+}
+
+vec4 dither_color(vec4 color, uint random)
+{
+    if (is_dim(color)) return unfold_chroma(dither_to_half(fold_chroma(color), random), color);
+    return dither_to_half(color, random);
+}
 
 uvec2 pack_texel(vec4 color)
 {
