@@ -143,7 +143,7 @@ static void stabilize(reblur_model *m, uint32_t frame_index)
     double frames = fmin(m->frames + 3, m->settings.max_stabilized_frames), share = reg(r, frames / (1 + frames));
     for (int i = 0; i < MODEL_PIXELS; i++) {
         double luma = m->out[i].luma, slack = reg(r, m->settings.stabilization_sigma_scale * m->out[i].sigma * (1 + 1.5 / fmax(m->frames, 1)));
-        double most = luma / fmax(1 - slack / fmax(luma, 1e-12), 0.5), allowed = fmin(fmax(m->stabilized[i], luma - 0.6 * slack), most);
+        double most = luma / fmax(1 - slack / fmax(luma, 1e-12), 0.5), allowed = fmin(fmax(m->stabilized[i], luma - 0.58 * slack), most);
         if (m->frames > 1) luma = reg(r, luma * (1 - share) + allowed * share);
         m->stabilized[i] = store_half_dithered(r, luma, model_hash((uint32_t)i % MODEL_SIZE, (uint32_t)i / MODEL_SIZE, frame_index) >> 8);
         m->out[i].luma = store_half(r, luma);

@@ -50,7 +50,7 @@ const float EARLY_DOUBT = 1.5;
 
 /* Share of the slack that a darker past gets: noise is skewed, first guesses are mostly too dark, and with equal slack the picture darkens
    by 3 %. 0.5 to 1 tried: 0.5 brightens sparse light by 2 %, 0.75 darkens heavy-tailed reflections by as much. */
-const float DARK_SLACK = 0.6;
+const float DARK_SLACK = 0.58;
 
 /* A brighter past counts in full up to this multiple of the present, and as far as noise in proportion to the light explains it: what has no
    bright sample now underestimates its deviation. 4 was tried: its error is a tenth larger. */
