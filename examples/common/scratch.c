@@ -8,7 +8,7 @@
 bool scratch_make(char folder[SCRATCH_SIZE])
 {
     const char *parent = getenv("TMPDIR");
-    int length = snprintf(folder, SCRATCH_SIZE, "%s/nrd.XXXXXX", parent && *parent ? parent : P_tmpdir);
+    int length = snprintf(folder, SCRATCH_SIZE, "%s/nrd.XXXXXX", parent && *parent ? parent : P_tmpdir);   /* the letters are mkdtemp()'s to replace */
     return length > 0 && length < SCRATCH_SIZE && mkdtemp(folder);
 }
 

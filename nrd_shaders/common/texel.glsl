@@ -44,11 +44,8 @@ vec4 dither_color(vec4 color, uint random)
     return dither_to_half(color, random);
 }
 
-uvec2 pack_texel(vec4 color)
-{
-    color = round_color(color);
-    return uvec2(packHalf2x16(color.xy), packHalf2x16(color.zw));
-}
+uvec2 pack_halves(vec4 v) { return uvec2(packHalf2x16(v.xy), packHalf2x16(v.zw)); }   /* of what are halves already */
+uvec2 pack_texel(vec4 color) { return pack_halves(round_color(color)); }
 vec4 unpack_texel(uvec2 t) { return vec4(unpackHalf2x16(t.x), unpackHalf2x16(t.y)); }
 
 #endif

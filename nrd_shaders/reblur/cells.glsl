@@ -11,8 +11,6 @@ shared uvec2 s_guide[CELLS];
 shared uvec2 s_color[SIGNALS][CELLS];
 SH_ONLY(shared uvec2 s_light[SIGNALS][CELLS];)
 
-uvec2 pack_halves(vec4 v) { return uvec2(packHalf2x16(v.xy), packHalf2x16(v.zw)); }
-
 /* Sky, or beyond the rectangle. No surface has that code. */
 bool is_outside(uvec2 guide) { return (guide.x & 0xffffu) == GUIDE_SKY; }
 
@@ -40,7 +38,7 @@ void load_cells()
     barrier();
 }
 
-vec4 cell_color(int signal, int cell) { uvec2 t = s_color[signal][cell]; return vec4(unpackHalf2x16(t.x), unpackHalf2x16(t.y)); }
-SH_ONLY(vec4 cell_light(int signal, int cell) { uvec2 t = s_light[signal][cell]; return vec4(unpackHalf2x16(t.x), unpackHalf2x16(t.y)); })
+vec4 cell_color(int signal, int cell) { return unpack_texel(s_color[signal][cell]); }
+SH_ONLY(vec4 cell_light(int signal, int cell) { return unpack_texel(s_light[signal][cell]); })
 
 #endif

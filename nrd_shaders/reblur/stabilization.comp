@@ -111,7 +111,7 @@ void process(ivec2 pixel)
     SH_ONLY(load_lights(pixel, lights);)
     if (is_filtering()) atrous(make_center(pixel, guide, 1.0, tracks[SIGNALS - 1].hit_dist), color);
     if (SPEC_ITERATION == 1u) {
-        UNROLL for (int s = 0; s < SIGNALS; s++) IF_HEARD(s) store_color(s, pixel, round_half(color[s]));
+        UNROLL for (int s = 0; s < SIGNALS; s++) IF_HEARD(s) store_color(s, pixel, round_color(color[s]));
         SH_ONLY(store_lights(pixel);)
         return;
     }
