@@ -693,6 +693,7 @@ typedef struct nrd_dispatch {
     uint32_t groups_x, groups_y;
     uint32_t indirect;              /* 0: none; 1 + index into nrd_info.textures of a buffer: there the dispatches before leave, as three uint32_t,
                                        how many groups are enough in x, y and z. groups_x, groups_y do the same, only slower */
+    uint32_t indirect_offset;       /* bytes, of the first of the three in that buffer */
 } nrd_dispatch;
 /* The dispatches of the given denoisers (NULL and 0: all), to be executed in this order, each after the writes of those before it.
    Call once a frame for each denoiser: it advances their history. Valid until the next call. */
@@ -797,7 +798,8 @@ NRD_DECL bool nrd_check_rule(const uint64_t *counters, uint32_t i, nrd_finding *
 enum { NRDI_MAX_USES = 36, NRDI_MAX_TEXTURES = 21, NRDI_MAX_PASSES = 20, NRDI_TILE_PX = 8 };
 enum { NRDI_TRANSIENT, NRDI_PERMANENT, NRDI_PING_PONG, NRDI_BUFFERS }; /* BUFFERS: a pair, for numbers of groups */
 enum { NRDI_MAX_SIZE = 16384 };   /* px, of either side */
-enum { NRDI_GROUP_WORDS = 4 };    /* numbers of groups in x, y, z; tiles in the list */
+enum { NRDI_GROUP_WORDS = 8, NRDI_ALL_TILES = 16 };    /* numbers of groups in x, y, z, tiles in the list; from this byte on, those of a pass with a thread
+                                                          for every tile, none if nothing is in the list: common/list.glsl */
 
 /* Why a pass runs, or a binding is not replaced by its stand-in; evaluated every frame. */
 enum { NRDI_ALWAYS = 0, NRDI_IF_PREPASS = 1, NRDI_IF_BLUR = 2, NRDI_IF_ANTILAG = 4, NRDI_IF_SPLIT = 8, NRDI_IF_CONFIDENCE = 16, NRDI_IF_THRESHOLD_MIX = 32,
@@ -2622,6 +2624,10 @@ static bool nrdi_lists_tiles(const nrdi_use *use, uint32_t conditions)
     return use->what == NRDI_TEXTURE(NRDI_TILE_LIST) && use->access == NRD_ACCESS_READ && nrdi_holds(use->condition, conditions);
 }
 
+/* A search for lighting changes: where all is sky there is nothing to find, and what it has left before reaches no surface that appears later:
+   only one that has been there for a frame asks what the search found, and in that frame it ran everywhere. */
+static bool nrdi_needs_any_tile(const nrdi_pass_row *row, uint32_t conditions) { return row->condition == NRDI_IF_ANTILAG && (conditions & NRDI_IF_SKY); }
+
 static void nrdi_add_dispatch(nrd *n, nrdi_state *s, uint32_t pass, uint32_t conditions, uint32_t *count)
 {
     const nrdi_live_pass *live = &n->live[pass];
@@ -2634,10 +2640,13 @@ static void nrdi_add_dispatch(nrd *n, nrdi_state *s, uint32_t pass, uint32_t con
     d->pipeline = live->pipeline;
     d->bindings = bindings;
     d->binding_count = nrdi_use_count(live->row);
+    bool listed = false, any_tile = nrdi_needs_any_tile(live->row, conditions);
     for (uint32_t u = 0; u < d->binding_count; u++) {
         bindings[u] = nrdi_resolve(n, s, &live->row->uses[u], conditions);
-        if (nrdi_lists_tiles(&live->row->uses[u], conditions)) d->indirect = 1 + s->first_texture[NRDI_TILE_GROUPS] + s->parity;
+        listed |= nrdi_lists_tiles(&live->row->uses[u], conditions);
     }
+    if (listed || any_tile) d->indirect = 1 + s->first_texture[NRDI_TILE_GROUPS] + s->parity;
+    if (any_tile) d->indirect_offset = NRDI_ALL_TILES;
     for (uint32_t u = 0; u < d->binding_count; u++)
         if (bindings[u].access == NRD_ACCESS_WRITE && bindings[u].resource == NRD_RESOURCE_INTERNAL) s->written |= nrdi_written_bit(s, nrdi_bound(&live->row->uses[u], conditions));
     d->constants = &s->constants;

@@ -1586,7 +1586,7 @@ static void nrdi_vk_dispatch(nrd_vk *vk, VkCommandBuffer cmd, uint32_t set, cons
     vk->fn.vkCmdBindPipeline(cmd, VK_PIPELINE_BIND_POINT_COMPUTE, pipeline->pipeline);
     vk->fn.vkCmdBindDescriptorSets(cmd, VK_PIPELINE_BIND_POINT_COMPUTE, pipeline->layout, 0, 1, &vk->sets[set], 1, &constant_offset);
     vk->fn.vkCmdPushConstants(cmd, pipeline->layout, VK_SHADER_STAGE_COMPUTE_BIT, 0, sizeof dispatch->push, dispatch->push);
-    if (dispatch->indirect) vk->fn.vkCmdDispatchIndirect(cmd, vk->constants, nrdi_vk_groups_of(vk, dispatch->indirect - 1));
+    if (dispatch->indirect) vk->fn.vkCmdDispatchIndirect(cmd, vk->constants, nrdi_vk_groups_of(vk, dispatch->indirect - 1) + dispatch->indirect_offset);
     else vk->fn.vkCmdDispatch(cmd, dispatch->groups_x, dispatch->groups_y, 1);
     nrdi_vk_timestamp(vk, cmd, 2 * set + 1);
     if (vk->begin_label && vk->end_label) vk->end_label(cmd);

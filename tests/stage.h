@@ -21,6 +21,7 @@ typedef struct stage {
     int (*light)(uint32_t x, uint32_t y, uint32_t frame);     /* 1: all rays arrive, -1: none, -2: none, by far, 0: half of them. NULL: 0 */
     bool (*is_rough)(uint32_t x, uint32_t y, uint32_t frame); /* roughness 0.52 instead of 0.48, which are mixed; NULL: on the right, 0.8 instead of 0.3 */
     bool rubbish;                                             /* what is rough has NaN and whatever as specular inputs */
+    float (*brightness)(uint32_t frame);                      /* of radiance; NULL: 1 */
     uint32_t rect_width, rect_height;                         /* px; 0: all */
 } stage;
 
@@ -123,6 +124,12 @@ static inline bool stage_is_specular(int resource)
     return resource == NRD_RESOURCE_IN_SPEC_RADIANCE_HITDIST || resource == NRD_RESOURCE_IN_SPEC_SH0 || resource == NRD_RESOURCE_IN_SPEC_SH1;
 }
 
+static inline void stage_set_brightness(const stage *s, uint32_t frame, uint16_t (*texels)[4])
+{
+    for (uint32_t i = 0; s->brightness && i < STAGE_PIXELS; i++)
+        for (uint32_t k = 0; k < 3; k++) texels[i][k] = half_from_float(s->brightness(frame) * half_to_float(texels[i][k]));
+}
+
 static inline void stage_upload(stage *s, uint32_t frame)
 {
     static float z[STAGE_PIXELS];
@@ -133,6 +140,7 @@ static inline void stage_upload(stage *s, uint32_t frame)
     for (int i = 0; i < NRD_RESOURCE_COUNT; i++) {
         if (!s->images[i].view || nrd_resource_format((nrd_resource)i) != NRD_FORMAT_ANY) continue;
         stage_fill_noise((nrd_resource)i, frame, texels);
+        if (i == NRD_RESOURCE_IN_DIFF_RADIANCE_HITDIST || i == NRD_RESOURCE_IN_SPEC_RADIANCE_HITDIST) stage_set_brightness(s, frame, texels);
         if (i == NRD_RESOURCE_IN_PENUMBRA) stage_set_light(s, frame, texels);
         if (stage_is_specular(i)) stage_set_rubbish(s, frame, texels);
         const void *from = i == NRD_RESOURCE_IN_VIEWZ ? (const void *)z : i == NRD_RESOURCE_IN_NORMAL_ROUGHNESS ? (const void *)normals : (const void *)texels;

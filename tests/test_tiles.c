@@ -157,6 +157,42 @@ static void frames_left_out_and_restarts_change_nothing(void **state)
     close_both();
 }
 
+/* To the left, where a pixel appears while the rectangle ends there. */
+static bool left(uint32_t x, uint32_t y, uint32_t frame) { return x < 16 && !(frame >= 14 && x == 3 && y == 5); }
+
+/* After ten frames of surfaces, in which a pixel appears. */
+static bool until_ten(uint32_t x, uint32_t y, uint32_t frame) { return frame >= 10 && !(frame >= 18 && x == 3 && y == 5); }
+
+/* A lamp that goes on in the last frame with surfaces. */
+static float flaring(uint32_t frame) { return frame >= 9 ? 20.0f : 1.0f; }
+
+static void set_antilag(float sensitivity)
+{
+    nrd_reblur_settings settings = nrd_reblur_defaults();
+    settings.antilag_sensitivity = sensitivity;
+    assert_int_equal(nrd_set_settings(listed.instance, STAGE_IDENTIFIER, &settings), NRD_RESULT_OK);
+    assert_int_equal(nrd_set_settings(whole.instance, STAGE_IDENTIFIER, &settings), NRD_RESULT_OK);
+}
+
+static void search_both(sky_of *is_sky, uint32_t rect_from_ten, bool pauses, const char *what)
+{
+    open_both(NRD_DENOISER_REBLUR_DIFFUSE_SPECULAR, is_sky);
+    listed.brightness = whole.brightness = flaring;
+    for (uint32_t frame = 4; frame < 22; frame++) {
+        set_antilag(pauses && frame >= 10 && frame < 14 ? 0.0f : 0.6f);
+        run_both(frame, frame >= 10 ? rect_from_ten : 0, 0, what);
+    }
+    close_both();
+}
+
+/* Whatever the last search left behind before the sky. */
+static void leaving_out_the_search_for_lighting_changes_changes_no_bit_of_any_frame(void **state)
+{
+    (void)state;
+    search_both(until_ten, 0, true, "a search that begins in the sky");
+    search_both(left, 16, false, "a rectangle that leaves nothing but sky");
+}
+
 /* Numbers of groups of the last frame. */
 static const uint32_t *groups_of(const stage *s)
 {
@@ -165,7 +201,7 @@ static const uint32_t *groups_of(const stage *s)
     while (!info->textures[t].buffer) t++;
     const char *mapped = (const char *)s->vk->memory[NRD_VK_MEMORY_CONSTANTS].mapped;
     const uint32_t *first = (const uint32_t *)(mapped + nrdi_vk_groups_of(s->vk, t)), *second = (const uint32_t *)(mapped + nrdi_vk_groups_of(s->vk, t + 1));
-    assert_true(first[1] == 0 || second[1] == 0);   /* one is the next frame's */
+    assert_true((first[1] == 0 && first[5] == 0) || (second[1] == 0 && second[5] == 0));   /* one is the next frame's */
     return second[1] ? second : first;
 }
 
@@ -177,7 +213,9 @@ static void a_sky_takes_no_groups_from_its_third_frame_on(void **state)
         open_both((nrd_denoiser)d, everywhere);
         for (uint32_t frame = 0; frame < 5; frame++) {
             run_both(frame, 0, 0, "nothing but sky");
-            assert_int_equal(groups_of(&listed)[1], frame < (is_shadow((nrd_denoiser)d) ? 1 : 2) ? STAGE_HEIGHT / 8 : 0);
+            bool listing = frame < (is_shadow((nrd_denoiser)d) ? 1 : 2);
+            assert_int_equal(groups_of(&listed)[1], listing ? STAGE_HEIGHT / 8 : 0);
+            assert_int_equal(groups_of(&listed)[5], listing ? (STAGE_HEIGHT + 63) / 64 : 0);   /* of a thread for every tile */
         }
         close_both();
     }
@@ -391,6 +429,7 @@ int main(void)
         cmocka_unit_test(leaving_out_tiles_of_sky_changes_no_bit_of_any_frame),
         cmocka_unit_test(tiles_cut_by_the_rectangle_are_others_when_it_changes),
         cmocka_unit_test(frames_left_out_and_restarts_change_nothing),
+        cmocka_unit_test(leaving_out_the_search_for_lighting_changes_changes_no_bit_of_any_frame),
         cmocka_unit_test(a_sky_takes_no_groups_from_its_third_frame_on),
         cmocka_unit_test(leaving_out_tiles_without_penumbra_changes_no_bit_of_any_frame),
         cmocka_unit_test(an_edge_of_shadow_takes_the_groups_of_the_tiles_beside_it),

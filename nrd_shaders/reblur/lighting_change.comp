@@ -124,7 +124,9 @@ void main()
     sum_survey();
     if (any(greaterThanEqual(tile, tiles))) return;
     vec4 sum = sum_around();
-    float before = has_flag(NRD_FLAG_TILE_HISTORY) && is_same_rect() ? texelFetch(prev_tile, tile, 0).z : 0.0;
+    /* What changed where nothing is any more is forgotten: this pass does not run while all is sky. */
+    bool remembers = sum.y + sum.w > 0.0 && has_flag(NRD_FLAG_TILE_HISTORY) && is_same_rect();
+    float before = remembers ? texelFetch(prev_tile, tile, 0).z : 0.0;
     float luma = sum.y / WEIGHT, now = sum.x / WEIGHT, error = sqrt(sum.w) / WEIGHT;
     float smoothed = mix(before, now, MEMORY), smooth_error = error * sqrt(MEMORY / (2.0 - MEMORY));
     float sudden = certainty(now, error * mix(SUDDEN, EXPECTED, survey()), luma), slow = certainty(smoothed, smooth_error, luma);
