@@ -2729,49 +2729,55 @@ nrd_result nrd_get_dispatches(nrd *n, const uint32_t *identifiers, uint32_t iden
 
 /* ---------------------------------------------------------------------------------------------------------------------------
    What is left out  >>explanation */
-/* Nanoseconds per pixel of a pass on NRD_DEVICE_DATACENTER: `nrd-bench --denoiser NAME --size 2560x1440 --costs 1` prints these rows. */
-typedef struct nrdi_pass_cost { nrd_denoiser denoiser; const char *pass; float ns_per_pixel; } nrdi_pass_cost;
-#define NRDI_PASS_COST(denoiser, pass, ns) { NRD_DENOISER_##denoiser, pass, ns },
-static const nrdi_pass_cost nrdi_pass_costs[] = {
-    NRDI_PASS_COST(REBLUR_DIFFUSE, "tiles", 0.0023f)
-    NRDI_PASS_COST(REBLUR_DIFFUSE, "temporal accumulation", 0.0336f)
-    NRDI_PASS_COST(REBLUR_DIFFUSE, "lighting change", 0.0042f)
-    NRDI_PASS_COST(REBLUR_DIFFUSE, "blur", 0.0311f)
-    NRDI_PASS_COST(REBLUR_DIFFUSE, "post-blur 1", 0.0171f)
-    NRDI_PASS_COST(REBLUR_DIFFUSE, "post-blur 2", 0.0223f)
-    NRDI_PASS_COST(REBLUR_DIFFUSE, "stabilization", 0.0267f)
-    NRDI_PASS_COST(REBLUR_SPECULAR, "tiles", 0.0023f)
-    NRDI_PASS_COST(REBLUR_SPECULAR, "temporal accumulation", 0.0771f)
-    NRDI_PASS_COST(REBLUR_SPECULAR, "lighting change", 0.0042f)
-    NRDI_PASS_COST(REBLUR_SPECULAR, "blur", 0.0351f)
-    NRDI_PASS_COST(REBLUR_SPECULAR, "post-blur 1", 0.0209f)
-    NRDI_PASS_COST(REBLUR_SPECULAR, "post-blur 2", 0.0277f)
-    NRDI_PASS_COST(REBLUR_SPECULAR, "stabilization", 0.0328f)
-    NRDI_PASS_COST(REBLUR_DIFFUSE_SPECULAR, "tiles", 0.0023f)
-    NRDI_PASS_COST(REBLUR_DIFFUSE_SPECULAR, "temporal accumulation", 0.1109f)
-    NRDI_PASS_COST(REBLUR_DIFFUSE_SPECULAR, "lighting change (diffuse)", 0.0040f)
-    NRDI_PASS_COST(REBLUR_DIFFUSE_SPECULAR, "lighting change (specular)", 0.0036f)
-    NRDI_PASS_COST(REBLUR_DIFFUSE_SPECULAR, "blur", 0.0556f)
-    NRDI_PASS_COST(REBLUR_DIFFUSE_SPECULAR, "post-blur 1", 0.0261f)
-    NRDI_PASS_COST(REBLUR_DIFFUSE_SPECULAR, "post-blur 2", 0.0359f)
-    NRDI_PASS_COST(REBLUR_DIFFUSE_SPECULAR, "stabilization", 0.0456f)
-    NRDI_PASS_COST(REBLUR_DIFFUSE_OCCLUSION, "tiles", 0.0023f)
-    NRDI_PASS_COST(REBLUR_DIFFUSE_OCCLUSION, "temporal accumulation", 0.0458f)
-    NRDI_PASS_COST(REBLUR_DIFFUSE_OCCLUSION, "blur", 0.0290f)
-    NRDI_PASS_COST(REBLUR_DIFFUSE_OCCLUSION, "post-blur", 0.0272f)
-    NRDI_PASS_COST(SIGMA_SHADOW, "shadow rays", 0.0052f)
-    NRDI_PASS_COST(SIGMA_SHADOW, "shadow tiles", 0.0014f)
-    NRDI_PASS_COST(SIGMA_SHADOW, "shadow accumulation", 0.0229f)
-    NRDI_PASS_COST(SIGMA_SHADOW, "shadow blur", 0.0093f)
+/* Nanoseconds per pixel of the passes of nrdi_rows on NRD_DEVICE_DATACENTER; examples/report/passes.sh writes them. */
+static const float nrdi_pass_ns[][NRDI_MAX_PASSES] = {
+    /* >>pass times begin */
+#if NRDI_WITH(REFERENCE)
+    { 0.0126f },
+#endif
+#if NRDI_WITH(REBLUR_DIFFUSE)
+    { 0.0023f, 0.0260f, 0.0490f, 0.0334f, 0.0036f, 0.0321f, 0.0174f, 0.0228f, 0.0275f, 0.0101f, 0.0282f, 0.0307f },
+#endif
+#if NRDI_WITH(REBLUR_SPECULAR)
+    { 0.0023f, 0.0336f, 0.0662f, 0.0748f, 0.0036f, 0.0369f, 0.0208f, 0.0274f, 0.0333f, 0.0101f, 0.0318f, 0.0386f },
+#endif
+#if NRDI_WITH(REBLUR_DIFFUSE_SPECULAR)
+    { 0.0022f, 0.0320f, 0.0338f, 0.0623f, 0.0660f, 0.1088f, 0.0038f, 0.0032f, 0.0636f, 0.0300f, 0.0420f, 0.0553f, 0.0101f, 0.0101f, 0.0363f, 0.0393f },
+#endif
+#if NRDI_WITH(REBLUR_DIFFUSE_OCCLUSION)
+    { 0.0023f, 0.0424f, 0.0270f, 0.0251f, 0.0100f, 0.0257f, 0.0317f },
+#endif
+#if NRDI_WITH(REBLUR_SPECULAR_OCCLUSION)
+    { 0.0022f, 0.0501f, 0.0344f, 0.0326f, 0.0100f, 0.0265f, 0.0335f },
+#endif
+#if NRDI_WITH(REBLUR_DIFFUSE_SPECULAR_OCCLUSION)
+    { 0.0018f, 0.0693f, 0.0598f, 0.0570f, 0.0101f, 0.0101f, 0.0335f, 0.0570f },
+#endif
+#if NRDI_WITH(REBLUR_DIFFUSE_DIRECTIONAL_OCCLUSION)
+    { 0.0020f, 0.0514f, 0.0361f, 0.0354f, 0.0101f, 0.0311f, 0.0387f },
+#endif
+#if NRDI_WITH(SIGMA_SHADOW)
+    { 0.0054f, 0.0014f, 0.0229f, 0.0093f, 0.0101f, 0.0280f, 0.0356f },
+#endif
+#if NRDI_WITH(SIGMA_SHADOW_TRANSLUCENCY)
+    { 0.0088f, 0.0014f, 0.1388f, 0.0391f, 0.0101f, 0.0322f, 0.0455f },
+#endif
+#if NRDI_WITH(REBLUR_DIFFUSE_SH)
+    { 0.0023f, 0.0331f, 0.0887f, 0.0451f, 0.0037f, 0.0473f, 0.0285f, 0.0380f, 0.0441f, 0.0101f, 0.0101f, 0.0315f, 0.0376f },
+#endif
+#if NRDI_WITH(REBLUR_SPECULAR_SH)
+    { 0.0020f, 0.0339f, 0.0950f, 0.1016f, 0.0036f, 0.0591f, 0.0344f, 0.0478f, 0.0562f, 0.0103f, 0.0099f, 0.0319f, 0.0388f },
+#endif
+#if NRDI_WITH(REBLUR_DIFFUSE_SPECULAR_SH)
+    { 0.0021f, 0.0281f, 0.0300f, 0.0744f, 0.0799f, 0.1512f, 0.0035f, 0.0030f, 0.1002f, 0.0526f, 0.0723f, 0.0926f, 0.0101f, 0.0101f, 0.0101f, 0.0101f, 0.0334f, 0.0376f },
+#endif
+    /* >>pass times end */
 };
+typedef char nrdi_every_row_has_its_times[sizeof nrdi_pass_ns / sizeof nrdi_pass_ns[0] == sizeof nrdi_rows / sizeof nrdi_rows[0] ? 1 : -1];
 
-static float nrdi_pass_us(const nrd_desc *desc, nrd_denoiser denoiser, const char *pass)
+static float nrdi_pass_us(const nrd_desc *desc, const nrdi_denoiser_row *row, uint32_t pass)
 {
-    for (size_t i = 0; i < sizeof nrdi_pass_costs / sizeof nrdi_pass_costs[0]; i++) {
-        const nrdi_pass_cost *cost = &nrdi_pass_costs[i];
-        if (cost->denoiser == denoiser && strcmp(cost->pass, pass) == 0) return cost->ns_per_pixel * 1e-3f * (float)desc->width * (float)desc->height;
-    }
-    return 0;
+    return nrdi_pass_ns[row - nrdi_rows][pass] * 1e-3f * (float)desc->width * (float)desc->height;
 }
 
 /* Looks for the item with number `left`. */
@@ -2816,12 +2822,11 @@ static uint64_t nrdi_row_bytes(const nrd_desc *desc, const nrdi_denoiser_row *ro
     return bytes;
 }
 
-static float nrdi_row_us(const nrd_desc *desc, nrd_denoiser denoiser)
+static float nrdi_row_us(const nrd_desc *desc, const nrdi_denoiser_row *row)
 {
     float sum = 0;
-    const nrdi_denoiser_row *row = nrdi_row_of(denoiser);
     uint32_t passes = nrdi_declared_passes(row, desc);
-    for (uint32_t p = 0; p < nrdi_pass_count(row); p++) sum += passes >> p & 1u ? nrdi_pass_us(desc, denoiser, row->passes[p].name) : 0;
+    for (uint32_t p = 0; p < nrdi_pass_count(row); p++) sum += passes >> p & 1u ? nrdi_pass_us(desc, row, p) : 0;
     return sum;
 }
 
@@ -2833,7 +2838,7 @@ static void nrdi_explain_signal(const nrd *n, const nrdi_state *s, nrdi_search *
     if (!whole || whole == s->row) return;
     nrd_explanation item = { "signal", diffuse ? "diffuse" : "specular", (uint32_t)(s - n->states), false,
                              diffuse ? "nrd_desc.absent has NRD_ABSENT_DIFFUSE" : "nrd_desc.absent has NRD_ABSENT_SPECULAR",
-                             nrdi_row_bytes(&n->desc, whole) - nrdi_row_bytes(&n->desc, s->row), nrdi_row_us(&n->desc, s->denoiser) - nrdi_row_us(&n->desc, nrdi_reduce(s->denoiser, n->desc.absent)) };
+                             nrdi_row_bytes(&n->desc, whole) - nrdi_row_bytes(&n->desc, s->row), nrdi_row_us(&n->desc, whole) - nrdi_row_us(&n->desc, s->row) };
     nrdi_offer(search, item);
 }
 
@@ -2845,7 +2850,7 @@ static void nrdi_explain_passes(const nrd *n, const nrdi_state *s, uint32_t on, 
         bool exists = (declared >> p & 1u) != 0;
         const char *why = exists ? nrdi_why_not(&n->desc, pass->condition, on) : nrdi_why_never(pass, possible);
         nrd_explanation item = { "pass", pass->name, (uint32_t)(s - n->states), why == NULL, why,
-                                 exists ? 0 : nrdi_saved_bytes(n, s->row, p, declared), nrdi_pass_us(&n->desc, nrdi_reduce(s->denoiser, n->desc.absent), pass->name) };
+                                 exists ? 0 : nrdi_saved_bytes(n, s->row, p, declared), nrdi_pass_us(&n->desc, s->row, p) };
         nrdi_offer(search, item);
     }
 }

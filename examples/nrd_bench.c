@@ -8,7 +8,8 @@
    --sky: share of the picture that is sky, from the top; 1: nothing but sky.
    --rough: share of the picture, from the left, that is too rough for a specular signal, where the features have NRD_FEATURE_ROUGHNESS_LIMIT.
    --absent, --features: nrd_desc.absent and .features.
-   --plan 1: only what they are made of; needs no device.  --costs 1: the rows of nrd.h's table of passes.
+   --plan 1: only what they are made of; needs no device.  --costs 1: nanoseconds per pixel of all passes of
+   each denoiser, optional ones too, as rows for passes.sh.
    --copy: no denoiser, but plain copies that move this many megabytes in all, and a fourth and a sixteenth of them. */
 #define _POSIX_C_SOURCE 200809L
 #define NRD_IMPLEMENTATION
@@ -26,8 +27,10 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <time.h>
 
-enum { MAX_FRAMES = 1000, MAX_DENOISERS = 8, WARM_UP = 16 };
+enum { MAX_FRAMES = 1000, MAX_DENOISERS = NRD_DENOISER_COUNT, WARM_UP = 16 };
+#define WARM_UP_SECONDS 0.4
 
 typedef struct options {
     bench_scene scene;
@@ -58,19 +61,35 @@ static bool make_instance(const options *o)
     return !bench_instance(&desc, &running.instance);
 }
 
+static double seconds_now(void)
+{
+    struct timespec t;
+    clock_gettime(CLOCK_MONOTONIC, &t);
+    return (double)t.tv_sec + 1e-9 * (double)t.tv_nsec;
+}
+
+/* A GPU's clock falls while the host compiles. */
+static bool warm_up(void)
+{
+    double start = seconds_now();
+    bool ok = true;
+    running.frame = 1; /* frame 0 was the plan's */
+    for (int i = 0; ok && (i < WARM_UP || seconds_now() - start < WARM_UP_SECONDS); i++) {
+        nrd_vk_timing timings[BENCH_MAX_PASSES];
+        uint32_t passes;
+        ok = bench_run_frame(&running, timings, &passes);
+    }
+    return ok;
+}
+
 static bool measure(const options *o, nrd_vk_timing *names, uint32_t *passes)
 {
-    running.frame = 1; /* frame 0 was the plan's */
-    for (uint32_t i = 0; i < WARM_UP + o->frames; i++) {
-        nrd_vk_timing timings[BENCH_MAX_PASSES];
-        if (!bench_run_frame(&running, timings, passes)) return false;
-        if (i < WARM_UP) continue;
-        for (uint32_t p = 0; p < *passes; p++) {
-            names[p] = timings[p];
-            times_us[i - WARM_UP][p] = (float)(timings[p].nanoseconds * 1e-3);
-        }
+    bool ok = warm_up();
+    for (uint32_t i = 0; ok && i < o->frames; i++) {
+        ok = bench_run_frame(&running, names, passes);
+        for (uint32_t p = 0; ok && p < *passes; p++) times_us[i][p] = (float)(names[p].nanoseconds * 1e-3);
     }
-    return true;
+    return ok;
 }
 
 static float median(const options *o, uint32_t pass)
@@ -108,18 +127,6 @@ static bool print_plan(const options *o)
     return true;
 }
 
-static void print_cost(const options *o, const nrd_vk_timing *timing, float us)
-{
-    static const char *const names[] = {
-#define LIST_NAME(name, text, settings) #name,
-        NRD_DENOISERS(LIST_NAME)
-#undef LIST_NAME
-    };
-    const nrd_info *info = nrd_get_info(running.instance);
-    nrd_denoiser of = info->denoisers[info->passes[timing->pass].denoiser].denoiser;
-    printf("    NRDI_PASS_COST(%s, \"%s\", %.4ff)\n", names[of], timing->name, 1e3 * us / ((double)o->scene.width * o->scene.height));
-}
-
 static bool bench_denoisers(const options *o)
 {
     nrd_vk_timing names[BENCH_MAX_PASSES];
@@ -130,14 +137,51 @@ static bool bench_denoisers(const options *o)
     printf("%s, %s, %ux%u, median of %u frames\n", g.properties.deviceName, o->names, o->scene.width, o->scene.height, o->frames);
     for (uint32_t p = 0; p < passes; p++) {
         float us = median(o, p);
-        if (o->costs) print_cost(o, &names[p], us);
-        else printf("%10.1f us  %s\n", us, names[p].name);
+        printf("%10.1f us  %s\n", us, names[p].name);
         total += us;
     }
     double bytes = bench_bytes_per_pixel(&running), pixels = (double)o->scene.width * o->scene.height;
     printf("%10.1f us  total, %.3f ns per pixel, %.1f bytes per pixel: %.2f TB/s\n", total, 1e3 * total / pixels, bytes, bytes * pixels / (total * 1e6));
     printf("%10.1f ms  creation; %.1f %% of the tiles are active\n", running.creation_ms, 100 * bench_active_tiles(&o->scene));
     return true;
+}
+
+typedef struct cost { const char *pass; float us; } cost;
+
+static bool measure_costs(const options *o, nrd_denoiser denoiser, bool everything, cost costs[BENCH_MAX_PASSES], uint32_t *count)
+{
+    nrd_denoiser_desc only = { 0, denoiser };
+    nrd_desc desc = { .width = o->scene.width, .height = o->scene.height, .denoisers = &only, .denoiser_count = 1, .message = print_message };
+    nrd_vk_timing names[BENCH_MAX_PASSES];
+    nrd *instance;
+    desc.features = everything ? BENCH_OPTIONAL : 0;
+    if (bench_instance(&desc, &instance)) return false;
+    bool ok = bench_run_open(&running, &inputs, instance) && (!everything || bench_run_everything(&running)) && measure(o, names, count);
+    for (uint32_t p = 0; ok && p < *count; p++) costs[p] = (cost){ names[p].name, median(o, p) };
+    bench_run_close(&running);
+    return ok;
+}
+
+/* Optional passes make the others slower, which are therefore timed without. */
+static bool print_costs(const options *o, nrd_denoiser denoiser)
+{
+    cost usual[BENCH_MAX_PASSES], all[BENCH_MAX_PASSES];
+    uint32_t usual_count = 0, count = 0;
+    if (!measure_costs(o, denoiser, false, usual, &usual_count) || !measure_costs(o, denoiser, true, all, &count)) return false;
+    for (uint32_t p = 0; p < count; p++) {
+        float us = all[p].us;
+        for (uint32_t u = 0; u < usual_count; u++) us = strcmp(usual[u].pass, all[p].pass) ? us : usual[u].us;
+        printf("%s|%ux%u|%s|%s|%.4f\n", g.properties.deviceName, o->scene.width, o->scene.height, nrd_denoiser_name(denoiser), all[p].pass,
+               1e3 * us / ((double)o->scene.width * o->scene.height));
+    }
+    return true;
+}
+
+static bool bench_costs(const options *o)
+{
+    bool ok = bench_open(&inputs, &g, &o->scene);
+    for (uint32_t i = 0; ok && i < o->denoiser_count; i++) ok = print_costs(o, o->denoisers[i].denoiser);
+    return ok;
 }
 
 static bool parse_denoisers(const char *text, options *o)
@@ -218,12 +262,12 @@ int main(int argc, char **argv)
                   .names = "reblur_diffuse" };
     char error[256];
     if (!parse(argc, argv, &o)) return 2;
-    bool ok = o.copy_mb > 0 || (make_instance(&o) && print_plan(&o));
+    bool ok = o.copy_mb > 0 || o.costs || (make_instance(&o) && print_plan(&o));
     gpu_desc desc = { .device_index = o.device };
     if (ok && !o.plan) {
         if (!gpu_open(&g, &desc, error, sizeof error)) return fprintf(stderr, "nrd-bench: %s\n", error), bench_run_close(&running), 1;
         times_us = malloc(o.frames * sizeof *times_us);
-        ok = times_us && (o.copy_mb > 0 ? bench_copies(&o) : bench_denoisers(&o));
+        ok = times_us && (o.copy_mb > 0 ? bench_copies(&o) : o.costs ? bench_costs(&o) : bench_denoisers(&o));
     }
     if (!ok) fprintf(stderr, "nrd-bench: failed. %s\n", gpu_error(&g));
     clean_up();

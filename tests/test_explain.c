@@ -170,6 +170,38 @@ static void an_absent_signal_saves_the_difference_between_the_denoisers(void **s
     nrd_destroy(lean);
 }
 
+/* The next row of published_passes.txt: denoiser, pass, nanoseconds per pixel. */
+static bool next_row(FILE *file, char denoiser[64], char pass[64], float *ns)
+{
+    char line[256];
+    return fgets(line, sizeof line, file) && sscanf(line, "%*[^|]|%*[^|]|%63[^|]|%63[^|]|%f", denoiser, pass, ns) == 3;
+}
+
+static void every_pass_of_every_denoiser_has_the_time_that_was_published(void **state)
+{
+    FILE *file = fopen("examples/report/published_passes.txt", "r");
+    char denoiser[64], pass[64];
+    float ns;
+    (void)state;
+    assert_non_null(file);
+    for (int d = 0; d < NRD_DENOISER_COUNT; d++) {
+        nrd_denoiser one = (nrd_denoiser)d;
+        nrd_explanation e;
+        spy s;
+        nrd *instance = create(&s, &one, 1, 0, 0);
+        for (uint32_t i = 0; nrd_explain_item(instance, i, &e); i++) {
+            if (strcmp(e.kind, "pass")) continue;
+            assert_true(next_row(file, denoiser, pass, &ns));
+            assert_string_equal(denoiser, nrd_denoiser_name(one));
+            assert_string_equal(pass, e.name);
+            assert_true(ns > 0 && fabs(e.microseconds - ns * 1e-3 * 1920 * 1080) < 1e-3 * e.microseconds);
+        }
+        nrd_destroy(instance);
+    }
+    assert_false(next_row(file, denoiser, pass, &ns));
+    fclose(file);
+}
+
 /* ---------------------------------------------------------------------------------------------------------------------------
    Texts  >>texts */
 static char *explain(const nrd *instance, nrd_explain_format format)
@@ -261,6 +293,7 @@ int main(void)
         cmocka_unit_test(motion_of_reflections_is_an_input_while_the_frame_says_so),
         cmocka_unit_test(the_explanation_agrees_with_the_dispatches_of_every_denoiser),
         cmocka_unit_test(an_absent_signal_saves_the_difference_between_the_denoisers),
+        cmocka_unit_test(every_pass_of_every_denoiser_has_the_time_that_was_published),
         cmocka_unit_test(every_format_has_every_item),
         cmocka_unit_test(a_short_buffer_gets_the_beginning_and_wrong_arguments_nothing),
     };

@@ -261,9 +261,25 @@ void bench_run_close(bench_run *run)
     memset(run, 0, sizeof *run);
 }
 
-static bool set_frame(nrd *instance, uint32_t index)
+bool bench_run_everything(bench_run *run)
+{
+    const nrd_info *info = nrd_get_info(run->instance);
+    nrd_reblur_settings all = nrd_reblur_defaults();
+    bool ok = true;
+    all.diffuse_prepass_blur_radius = 30;
+    all.specular_prepass_blur_radius = 50;
+    all.hit_distance_reconstruction = 1;
+    for (uint32_t i = 0; i < info->denoiser_count; i++)
+        if (nrd_settings_size(info->denoisers[i].denoiser) == sizeof all) ok = !nrd_set_settings(run->instance, info->denoisers[i].identifier, &all) && ok;
+    run->everything = true;
+    return ok;
+}
+
+static bool set_frame(nrd *instance, uint32_t index, bool everything)
 {
     nrd_frame frame = nrd_frame_defaults();
+    frame.split_screen = everything ? 0.5f : 0;
+    frame.validation = everything;
     memcpy(frame.camera.view_to_clip, view_to_clip, sizeof view_to_clip);
     memcpy(frame.camera.world_to_view, world_to_view, sizeof world_to_view);
     frame.frame_index = index;
@@ -283,13 +299,13 @@ bool bench_run_frame(bench_run *run, nrd_vk_timing timings[BENCH_MAX_PASSES], ui
     }
     nrd_vk_frame vk = { .images = shared, .image_count = count };
     VkCommandBuffer cmd = gpu_begin(b->g);
-    return cmd && set_frame(run->instance, index) && !nrd_vk_record(run->runtime, cmd, &vk) && gpu_submit_and_wait(b->g)
+    return cmd && set_frame(run->instance, index, run->everything) && !nrd_vk_record(run->runtime, cmd, &vk) && gpu_submit_and_wait(b->g)
         && !nrd_vk_timings(run->runtime, 0, timings, BENCH_MAX_PASSES, passes);
 }
 
 bool bench_dispatches(nrd *instance, uint32_t frame, const nrd_dispatch **dispatches, uint32_t *count)
 {
-    return set_frame(instance, frame) && !nrd_get_dispatches(instance, NULL, 0, dispatches, count);
+    return set_frame(instance, frame, false) && !nrd_get_dispatches(instance, NULL, 0, dispatches, count);
 }
 
 static double image_bytes(const void *user, nrd_resource resource)

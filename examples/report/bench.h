@@ -30,6 +30,7 @@ typedef struct bench_run {
     nrd *instance;
     nrd_vk *runtime;
     uint32_t frame;     /* index of the next one */
+    bool everything;    /* the frames ask for split screen and overlay; the instance has these features */
     double creation_ms; /* of the runtime: pipelines without a cache, images, descriptors */
 } bench_run;
 
@@ -43,6 +44,10 @@ double bench_active_tiles(const bench_scene *scene);
 
 /* An instance with the normals and the sun of the scene; those of `desc` are replaced. */
 nrd_result bench_instance(const nrd_desc *desc, nrd **out);
+
+/* Settings and frames with which every pass runs that is optional, for which the instance has to have its features. */
+#define BENCH_OPTIONAL (NRD_FEATURE_PREPASS | NRD_FEATURE_SPLIT_SCREEN | NRD_FEATURE_HIT_DISTANCE_RECONSTRUCTION | NRD_FEATURE_CHECK | NRD_FEATURE_VALIDATION)
+bool bench_run_everything(bench_run *run);
 
 /* The instance becomes the run's, also where it fails. */
 bool bench_run_open(bench_run *run, bench *b, nrd *instance);
