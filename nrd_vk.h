@@ -41,14 +41,15 @@
    vkCmdDispatch or vkCmdDispatchIndirect; in the first recording, and the first after a resize, vkCmdClearColorImage; with NRD_FEATURE_CHECK
    vkCmdCopyImageToBuffer into memory of its own; with NRD_VK_TIMESTAMPS vkCmdResetQueryPool and vkCmdWriteTimestamp on a pool of its own;
    with NRD_VK_DEBUG_NAMES labels that it closes again. It leaves changed: the compute pipeline, descriptor sets of the compute bind point,
-   push constants, and the layouts of the images in the list. State of graphics and ray tracing stays, as do the app's descriptor pools:
-   it has one of its own. Ownership between queue families is not transferred: images that are not shared belong to the family of the
+   push constants, and the layouts of the images in the list. State of graphics and ray tracing stays. Ownership between queue families is not transferred: images that are not shared belong to the family of the
    command buffer before and after.
 
    MEMORY
    Host: one block, taken in nrd_vk_create, and a small one for each resize. Device: three blocks (history, scratch of one frame,
    constants), each one vkAllocateMemory or one call of the app's allocate_memory. Scratch images with disjoint lifetimes share memory;
-   the app may lend that block to others between two nrd_vk_record. Recording allocates nothing.
+   the app may lend that block to others between two nrd_vk_record. Recording allocates nothing. Descriptor sets come from a pool of its own,
+   or from the app's nrd_vk_desc.descriptor_pool: all in one call, the last that can fail in nrd_vk_create. nrd_vk_destroy gives them back to
+   the app's pool with NRD_VK_FREE_DESCRIPTOR_SETS, else they stay in it until the app resets or destroys it.
 
    ERRORS AND THREADS
    As in nrd.h: nrd_result, one line to nrd_desc.message, a call that fails records nothing and leaves no object behind. One
@@ -78,6 +79,9 @@ typedef struct nrd_vk_needs {
     uint32_t max_per_stage_sampled_images;          /* also samplers */
     uint32_t max_per_stage_storage_images;
     uint64_t permanent_bytes, transient_bytes;      /* device memory before the device's own alignment and padding */
+    VkDescriptorPoolSize descriptors[4];            /* for each frame in flight a descriptor pool must have these left .. */
+    uint32_t descriptor_type_count;                 /* .. as many of them as this tells .. */
+    uint32_t descriptor_sets;                       /* .. and sets */
 } nrd_vk_needs;
 
 NRD_DECL nrd_result nrd_vk_requirements(const nrd *instance, nrd_vk_needs *out);
@@ -106,6 +110,7 @@ typedef struct nrd_vk_memory {
 
 #define NRD_VK_TIMESTAMPS  1u /* nrd_vk_timings works */
 #define NRD_VK_DEBUG_NAMES 2u /* object names and command labels; needs VK_EXT_debug_utils on the instance, silently absent otherwise */
+#define NRD_VK_FREE_DESCRIPTOR_SETS 4u /* descriptor_pool was created with VK_DESCRIPTOR_POOL_CREATE_FREE_DESCRIPTOR_SET_BIT: nrd_vk_destroy frees its sets */
 
 typedef struct nrd_vk_desc {
     uint32_t struct_version;          /* NRD_VK_STRUCT_VERSION; 0: not checked. This and the one below keep their places in every release */
@@ -128,6 +133,9 @@ typedef struct nrd_vk_desc {
     void (*release)(void *user, void *memory);
     void *allocate_user;
     const VkAllocationCallbacks *callbacks; /* for every Vulkan object; copied; may be NULL */
+    /* Of the app, with nrd_vk_needs.descriptors and descriptor_sets left in it, times frames_in_flight; VK_NULL_HANDLE: one of its own. Used in
+       nrd_vk_create and nrd_vk_destroy only, by no other thread meanwhile; must outlive the nrd_vk, and not be reset before. */
+    VkDescriptorPool descriptor_pool;
 } nrd_vk_desc;
 
 /* Differs where NRD_STRUCT_VERSION or the size of a public struct of this header does. */
@@ -231,7 +239,7 @@ NRD_DECL nrd_result nrd_vk_counters(const nrd_vk *vk, uint32_t slot, uint32_t id
     X(vkDestroyImageView) X(vkCreateBuffer) X(vkDestroyBuffer) X(vkGetBufferMemoryRequirements) X(vkBindBufferMemory) \
     X(vkAllocateMemory) X(vkFreeMemory) X(vkMapMemory) X(vkCreateSampler) X(vkDestroySampler) X(vkCreateDescriptorSetLayout) \
     X(vkDestroyDescriptorSetLayout) X(vkCreateDescriptorPool) X(vkDestroyDescriptorPool) X(vkAllocateDescriptorSets) \
-    X(vkUpdateDescriptorSets) X(vkCreatePipelineLayout) X(vkDestroyPipelineLayout) X(vkCreateShaderModule) \
+    X(vkFreeDescriptorSets) X(vkUpdateDescriptorSets) X(vkCreatePipelineLayout) X(vkDestroyPipelineLayout) X(vkCreateShaderModule) \
     X(vkDestroyShaderModule) X(vkCreateComputePipelines) X(vkDestroyPipeline) X(vkCreateQueryPool) X(vkDestroyQueryPool) \
     X(vkGetQueryPoolResults) X(vkCmdResetQueryPool) X(vkCmdWriteTimestamp) X(vkCmdPipelineBarrier) X(vkCmdClearColorImage) X(vkCmdCopyImageToBuffer) \
     X(vkCmdBindPipeline) X(vkCmdBindDescriptorSets) X(vkCmdPushConstants) X(vkCmdDispatch) X(vkCmdDispatchIndirect)
@@ -300,11 +308,11 @@ struct nrd_vk {
     PFN_vkCmdBeginDebugUtilsLabelEXT begin_label;
     PFN_vkCmdEndDebugUtilsLabelEXT end_label;
     uint32_t slots, max_bindings;
-    uint32_t texture_count, pipeline_count; /* of nrd_info, which may be gone when this is destroyed */
+    uint32_t texture_count, pipeline_count, set_count; /* of nrd_info, which may be gone when this is destroyed */
     uint32_t width, height;  /* for which the images were made */
 
     VkSampler samplers[2]; /* nearest, linear */
-    VkDescriptorPool pool;
+    VkDescriptorPool pool; /* unless the app has given one */
     VkBuffer constants;
     VkDeviceSize constant_stride;
     VkDeviceSize counters_at;  /* in the same buffer: slots x denoiser_count x NRD_COUNTER_COUNT, where there is a checker */
@@ -317,7 +325,8 @@ struct nrd_vk {
 
     nrdi_vk_image *images;         /* NRD_RESOURCE_COUNT + texture_count */
     nrdi_vk_pipeline *pipelines;   /* pipeline_count */
-    VkDescriptorSet *sets;         /* slots x pass_count */
+    VkDescriptorSet *sets;         /* set_count: slots x pass_count */
+    VkDescriptorSetLayout *set_layouts; /* of each */
     VkImageView *bound;            /* slots x pass_count x max_bindings: what the sets hold */
     bool *timed;                   /* slots x pass_count: has queries */
     bool *counted;                 /* slots x denoiser_count: has counters */
@@ -447,6 +456,22 @@ static void nrdi_vk_need_format(nrd_vk_needs *needs, nrd_format format)
     needs->formats[needs->format_count++] = vk_format;
 }
 
+static void nrdi_vk_need_descriptors(const nrd_info *info, nrd_vk_needs *out)
+{
+    static const VkDescriptorType types[] = { VK_DESCRIPTOR_TYPE_UNIFORM_BUFFER_DYNAMIC, VK_DESCRIPTOR_TYPE_STORAGE_IMAGE,
+                                              VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER, VK_DESCRIPTOR_TYPE_STORAGE_BUFFER };
+    for (uint32_t i = 0; i < 4; i++) out->descriptors[i].type = types[i];
+    for (uint32_t i = 0; i < info->pass_count; i++) {
+        const nrd_pipeline *pipeline = &info->pipelines[info->passes[i].pipeline];
+        out->descriptors[0].descriptorCount++;
+        out->descriptors[1].descriptorCount += nrdi_vk_count(pipeline, NRD_ACCESS_WRITE);
+        out->descriptors[2].descriptorCount += nrdi_vk_count_reads(pipeline);
+        out->descriptors[3].descriptorCount += nrdi_vk_count(pipeline, NRD_ACCESS_BUFFER);
+    }
+    out->descriptor_type_count = out->descriptors[3].descriptorCount ? 4 : 3;
+    out->descriptor_sets = info->pass_count;
+}
+
 nrd_result nrd_vk_requirements(const nrd *instance, nrd_vk_needs *out)
 {
     const nrd_info *info = instance ? nrd_get_info(instance) : NULL;
@@ -457,6 +482,7 @@ nrd_result nrd_vk_requirements(const nrd *instance, nrd_vk_needs *out)
     out->max_uniform_buffer_range = info->constant_bytes;
     out->permanent_bytes = info->permanent_bytes;
     out->transient_bytes = info->transient_bytes;
+    nrdi_vk_need_descriptors(info, out);
     for (uint32_t i = 0; i < info->texture_count; i++) if (!info->textures[i].buffer) nrdi_vk_need_format(out, info->textures[i].format);
     for (int i = 0; i < NRD_RESOURCE_COUNT; i++)
         if (nrd_uses_resource(instance, (nrd_resource)i)) nrdi_vk_need_format(out, nrd_resource_format((nrd_resource)i));
@@ -566,6 +592,7 @@ static size_t nrdi_vk_carve(nrd_vk *vk, char *base)
     NRDI_VK_TAKE(images, nrdi_vk_image, images);
     NRDI_VK_TAKE(pipelines, nrdi_vk_pipeline, vk->info->pipeline_count);
     NRDI_VK_TAKE(sets, VkDescriptorSet, passes);
+    NRDI_VK_TAKE(set_layouts, VkDescriptorSetLayout, passes);
     NRDI_VK_TAKE(bound, VkImageView, passes * bindings);
     NRDI_VK_TAKE(timed, bool, passes);
     NRDI_VK_TAKE(counted, bool, (size_t)vk->slots * vk->info->denoiser_count);
@@ -602,6 +629,7 @@ static nrd_vk *nrdi_vk_allocate_vk(const nrd_vk_desc *desc)
     size.alive = NRDI_VK_ALIVE;
     size.texture_count = size.info->texture_count;
     size.pipeline_count = size.info->pipeline_count;
+    size.set_count = size.slots * size.info->pass_count;
     size.width = size.info->width;
     size.height = size.info->height;
     for (uint32_t i = 0; i < size.info->pipeline_count; i++) size.max_bindings = nrdi_vk_max(size.max_bindings, size.info->pipelines[i].binding_count);
@@ -954,23 +982,39 @@ static nrd_result nrdi_vk_create_constants(nrd_vk *vk)
    Descriptor sets and queries  >>sets */
 static nrd_result nrdi_vk_create_pool(nrd_vk *vk)
 {
-    const nrd_info *info = vk->info;
     NRDI_VK_STRUCT(VkDescriptorPoolCreateInfo, pool, VK_STRUCTURE_TYPE_DESCRIPTOR_POOL_CREATE_INFO);
-    VkDescriptorPoolSize sizes[4] = { { VK_DESCRIPTOR_TYPE_UNIFORM_BUFFER_DYNAMIC, vk->slots * info->pass_count },
-                                      { VK_DESCRIPTOR_TYPE_STORAGE_IMAGE, 0 },
-                                      { VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER, 0 },
-                                      { VK_DESCRIPTOR_TYPE_STORAGE_BUFFER, 0 } };
-    for (uint32_t i = 0; i < info->pass_count; i++) {
-        const nrd_pipeline *pipeline = &info->pipelines[info->passes[i].pipeline];
-        sizes[1].descriptorCount += vk->slots * nrdi_vk_count(pipeline, NRD_ACCESS_WRITE);
-        sizes[2].descriptorCount += vk->slots * nrdi_vk_count_reads(pipeline);
-        sizes[3].descriptorCount += vk->slots * nrdi_vk_count(pipeline, NRD_ACCESS_BUFFER);
-    }
-    pool.maxSets = vk->slots * info->pass_count;
-    pool.poolSizeCount = sizes[3].descriptorCount ? 4 : 3;
-    pool.pPoolSizes = sizes;
+    nrd_vk_needs needs;
+    nrd_result result = nrd_vk_requirements(vk->desc.instance, &needs);
+    if (result != NRD_RESULT_OK) return result;
+    for (uint32_t i = 0; i < needs.descriptor_type_count; i++) needs.descriptors[i].descriptorCount *= vk->slots;
+    pool.maxSets = vk->set_count;
+    pool.poolSizeCount = needs.descriptor_type_count;
+    pool.pPoolSizes = needs.descriptors;
     NRDI_VK_CREATE(vk, vkCreateDescriptorPool, &pool, &vk->pool);
     return NRD_RESULT_OK;
+}
+
+/* All or none: the app's pool may not be one from which single sets can be freed. */
+static nrd_result nrdi_vk_allocate_sets(nrd_vk *vk)
+{
+    NRDI_VK_STRUCT(VkDescriptorSetAllocateInfo, info, VK_STRUCTURE_TYPE_DESCRIPTOR_SET_ALLOCATE_INFO);
+    for (uint32_t i = 0; i < vk->set_count; i++) vk->set_layouts[i] = vk->pipelines[vk->info->passes[i % vk->info->pass_count].pipeline].set_layout;
+    info.descriptorPool = vk->pool ? vk->pool : vk->desc.descriptor_pool;
+    info.descriptorSetCount = vk->set_count;
+    info.pSetLayouts = vk->set_layouts;
+    VkResult result = vk->fn.vkAllocateDescriptorSets(vk->desc.device, &info, vk->sets);
+    if (result != VK_SUCCESS) memset(vk->sets, 0, vk->set_count * sizeof *vk->sets);
+    if (vk->pool || (result != VK_ERROR_OUT_OF_POOL_MEMORY && result != VK_ERROR_FRAGMENTED_POOL)) return nrdi_vk_try(vk->desc.instance, result, "vkAllocateDescriptorSets");
+    nrdi_vk_text t = nrdi_vk_say("nrd_vk_desc.descriptor_pool has too little left, or is fragmented: needed are ");
+    nrdi_vk_add_number(&t, vk->set_count);
+    nrdi_vk_add(&t, " sets; nrd_vk_requirements tells with how many descriptors");
+    return nrdi_vk_fail(vk->desc.instance, NRD_RESULT_INVALID_ARGUMENT, t.text);
+}
+
+static void nrdi_vk_free_sets(nrd_vk *vk)
+{
+    bool frees = vk->desc.descriptor_pool && (vk->desc.flags & NRD_VK_FREE_DESCRIPTOR_SETS);
+    if (frees && vk->sets[0]) vk->fn.vkFreeDescriptorSets(vk->desc.device, vk->desc.descriptor_pool, vk->set_count, vk->sets);
 }
 
 static void nrdi_vk_write_constants_descriptor(nrd_vk *vk, VkDescriptorSet set)
@@ -986,16 +1030,9 @@ static void nrdi_vk_write_constants_descriptor(nrd_vk *vk, VkDescriptorSet set)
 
 static nrd_result nrdi_vk_create_sets(nrd_vk *vk)
 {
-    nrd_result result = nrdi_vk_create_pool(vk);
-    for (uint32_t i = 0; i < vk->slots * vk->info->pass_count && result == NRD_RESULT_OK; i++) {
-        const nrd_pass *pass = &vk->info->passes[i % vk->info->pass_count];
-        NRDI_VK_STRUCT(VkDescriptorSetAllocateInfo, info, VK_STRUCTURE_TYPE_DESCRIPTOR_SET_ALLOCATE_INFO);
-        info.descriptorPool = vk->pool;
-        info.descriptorSetCount = 1;
-        info.pSetLayouts = &vk->pipelines[pass->pipeline].set_layout;
-        result = nrdi_vk_try(vk->desc.instance, vk->fn.vkAllocateDescriptorSets(vk->desc.device, &info, &vk->sets[i]), "vkAllocateDescriptorSets");
-        if (result == NRD_RESULT_OK) nrdi_vk_write_constants_descriptor(vk, vk->sets[i]);
-    }
+    nrd_result result = vk->desc.descriptor_pool ? NRD_RESULT_OK : nrdi_vk_create_pool(vk);
+    if (result == NRD_RESULT_OK) result = nrdi_vk_allocate_sets(vk);
+    for (uint32_t i = 0; i < vk->set_count && result == NRD_RESULT_OK; i++) nrdi_vk_write_constants_descriptor(vk, vk->sets[i]);
     return result;
 }
 
@@ -1032,8 +1069,8 @@ static nrd_result nrdi_vk_fill(nrd_vk *vk)
     if (result == NRD_RESULT_OK) result = nrdi_vk_create_pipelines(vk);
     if (result == NRD_RESULT_OK) result = nrdi_vk_create_images(vk);
     if (result == NRD_RESULT_OK) result = nrdi_vk_create_constants(vk);
-    if (result == NRD_RESULT_OK) result = nrdi_vk_create_sets(vk);
     if (result == NRD_RESULT_OK) result = nrdi_vk_create_queries(vk);
+    if (result == NRD_RESULT_OK) result = nrdi_vk_create_sets(vk); /* last: what an app's pool has given cannot always be given back */
     return result;
 }
 
@@ -1093,6 +1130,7 @@ void nrd_vk_destroy(nrd_vk *vk)
     *(volatile uint32_t *)&vk->alive = NRDI_VK_DEAD;   /* or the compiler drops it */
     NRDI_VK_DESTROY(vk, vkDestroyQueryPool, vk->queries);
     NRDI_VK_DESTROY(vk, vkDestroyDescriptorPool, vk->pool);
+    nrdi_vk_free_sets(vk);
     NRDI_VK_DESTROY(vk, vkDestroyBuffer, vk->constants);
     nrdi_vk_destroy_images(vk, vk->images + NRD_RESOURCE_COUNT, vk->memory);
     while (vk->former) nrdi_vk_destroy_former(vk, &vk->former);

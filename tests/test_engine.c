@@ -334,6 +334,160 @@ static void a_secondary_command_buffer_will_do(void **state)
 }
 
 /* ---------------------------------------------------------------------------------------------------------------------------
+   The descriptor pool of the app  >>pool
+   Devices need not notice that a pool is used up; this one does. */
+enum { POOL_TYPES = VK_DESCRIPTOR_TYPE_INPUT_ATTACHMENT + 1, POOL_LAYOUTS = 64 };
+typedef struct contents { uint32_t sets, of_type[POOL_TYPES]; } contents;
+
+static struct {
+    VkDescriptorSetLayout layouts[POOL_LAYOUTS];
+    contents holds[POOL_LAYOUTS];   /* by a set of that layout */
+    uint32_t layout_count, own_pools;
+    contents room, used;
+} pool;
+
+static VKAPI_ATTR VkResult VKAPI_CALL pool_layout(VkDevice d, const VkDescriptorSetLayoutCreateInfo *info, const VkAllocationCallbacks *callbacks, VkDescriptorSetLayout *out)
+{
+    VkResult result = REAL(vkCreateDescriptorSetLayout)(d, info, callbacks, out);
+    contents holds = { .sets = 1 };
+    for (uint32_t i = 0; i < info->bindingCount; i++) holds.of_type[info->pBindings[i].descriptorType] += info->pBindings[i].descriptorCount;
+    pool.layouts[pool.layout_count % POOL_LAYOUTS] = *out;
+    pool.holds[pool.layout_count++ % POOL_LAYOUTS] = holds;
+    return result;
+}
+
+static contents contents_of(const VkDescriptorSetLayout *layouts, uint32_t count)
+{
+    contents sum = { 0 };
+    for (uint32_t i = 0; i < count; i++) {
+        uint32_t found = pool.layout_count - 1; /* from the last one on: handles are used again */
+        while (found > 0 && pool.layouts[found % POOL_LAYOUTS] != layouts[i]) found--;
+        sum.sets += pool.holds[found % POOL_LAYOUTS].sets;
+        for (int t = 0; t < POOL_TYPES; t++) sum.of_type[t] += pool.holds[found % POOL_LAYOUTS].of_type[t];
+    }
+    return sum;
+}
+
+static VKAPI_ATTR VkResult VKAPI_CALL pool_allocate(VkDevice d, const VkDescriptorSetAllocateInfo *info, VkDescriptorSet *sets)
+{
+    contents more = contents_of(info->pSetLayouts, info->descriptorSetCount);
+    bool fits = pool.used.sets + more.sets <= pool.room.sets;
+    for (int t = 0; t < POOL_TYPES; t++) fits = fits && pool.used.of_type[t] + more.of_type[t] <= pool.room.of_type[t];
+    VkResult result = fits ? REAL(vkAllocateDescriptorSets)(d, info, sets) : VK_ERROR_OUT_OF_POOL_MEMORY;
+    if (result != VK_SUCCESS) return result;
+    pool.used.sets += more.sets;
+    for (int t = 0; t < POOL_TYPES; t++) pool.used.of_type[t] += more.of_type[t];
+    return result;
+}
+
+static VKAPI_ATTR VkResult VKAPI_CALL pool_free(VkDevice d, VkDescriptorPool from, uint32_t count, const VkDescriptorSet *sets)
+{
+    pool.used = (contents){ .sets = pool.used.sets - count };   /* of one runtime: all of them */
+    return REAL(vkFreeDescriptorSets)(d, from, count, sets);
+}
+
+static VKAPI_ATTR VkResult VKAPI_CALL pool_create(VkDevice d, const VkDescriptorPoolCreateInfo *info, const VkAllocationCallbacks *callbacks, VkDescriptorPool *out)
+{
+    pool.own_pools++;
+    return REAL(vkCreateDescriptorPool)(d, info, callbacks, out);
+}
+
+static PFN_vkVoidFunction VKAPI_CALL pool_device_proc(VkDevice d, const char *name)
+{
+    if (strcmp(name, "vkCreateDescriptorSetLayout") == 0) return (PFN_vkVoidFunction)pool_layout;
+    if (strcmp(name, "vkAllocateDescriptorSets") == 0) return (PFN_vkVoidFunction)pool_allocate;
+    if (strcmp(name, "vkFreeDescriptorSets") == 0) return (PFN_vkVoidFunction)pool_free;
+    if (strcmp(name, "vkCreateDescriptorPool") == 0) return (PFN_vkVoidFunction)pool_create;
+    return devices[0].get_device_proc(d, name);
+}
+
+/* With room for exactly what nrd_vk_requirements asks for. */
+static VkDescriptorPool create_pool(const rig *r, VkDescriptorPoolCreateFlags flags)
+{
+    VkDescriptorPoolCreateInfo info = { VK_STRUCTURE_TYPE_DESCRIPTOR_POOL_CREATE_INFO, NULL, flags, 0, 0, NULL };
+    VkDescriptorPool out;
+    nrd_vk_needs needs;
+    assert_int_equal(nrd_vk_requirements(r->instance, &needs), NRD_RESULT_OK);
+    memset(&pool, 0, sizeof pool);
+    info.maxSets = pool.room.sets = IN_FLIGHT * needs.descriptor_sets;
+    info.poolSizeCount = needs.descriptor_type_count;
+    info.pPoolSizes = needs.descriptors;
+    for (uint32_t i = 0; i < needs.descriptor_type_count; i++)
+        pool.room.of_type[needs.descriptors[i].type] = needs.descriptors[i].descriptorCount *= IN_FLIGHT;
+    assert_int_equal(REAL(vkCreateDescriptorPool)(devices[0].device, &info, NULL, &out), VK_SUCCESS);
+    return out;
+}
+
+static nrd_vk_desc desc_with_pool(const rig *r, VkDescriptorPool from, uint32_t flags)
+{
+    nrd_vk_desc desc = desc_of(r);
+    desc.get_device_proc = pool_device_proc;
+    desc.descriptor_pool = from;
+    desc.flags = flags;
+    return desc;
+}
+
+static void all_sets_come_from_the_pool_of_the_app_and_go_back_if_they_may(void **state)
+{
+    rig plain, pooled;
+    (void)state;
+    uint32_t before = message_count();
+    for (uint32_t frees = 0; frees < 2; frees++) {
+        open_wall(&plain, &devices[0]);
+        open_wall(&pooled, &devices[0]);
+        VkDescriptorPool from = create_pool(&pooled, frees ? VK_DESCRIPTOR_POOL_CREATE_FREE_DESCRIPTOR_SET_BIT : 0);
+        nrd_vk_desc desc = desc_with_pool(&pooled, from, frees ? NRD_VK_FREE_DESCRIPTOR_SETS | NRD_VK_TIMESTAMPS : 0);
+        replace_runtime(&pooled, &desc);
+        for (int i = 0; i < 3; i++) rig_run(&plain, false), rig_run(&pooled, false);
+        assert_int_equal(nrd_vk_resize(pooled.vk, WIDTH + 8, HEIGHT), NRD_RESULT_OK);
+        rig_download(&plain);
+        rig_download(&pooled);
+        assert_memory_equal(plain.out, pooled.out, WIDTH * HEIGHT * 8);
+        assert_memory_equal(&pool.used, &pool.room, sizeof pool.room);
+        if (frees) replace_runtime(&pooled, &desc);
+        rig_close(&pooled);
+        rig_close(&plain);
+        assert_int_equal(pool.used.sets, frees ? 0 : pool.room.sets);
+        assert_int_equal(pool.own_pools, 0);
+        REAL(vkDestroyDescriptorPool)(devices[0].device, from, NULL);
+    }
+    assert_int_equal(message_count(), before);
+}
+
+/* By one set, and by one descriptor of each type. */
+static void a_pool_that_is_too_small_is_named_and_keeps_what_it_has(void **state)
+{
+    const contents nothing = { 0 };
+    rig r;
+    (void)state;
+    uint32_t before = message_count();
+    open_wall(&r, &devices[0]);
+    VkDescriptorPool from = create_pool(&r, 0);
+    nrd_vk_desc desc = desc_with_pool(&r, from, 0);
+    const contents enough = pool.room;
+    uint32_t types = 0;
+    nrd_vk_destroy(r.vk);
+    r.vk = NULL;
+    for (int t = -1; t < POOL_TYPES; t++) {
+        uint32_t *room = t < 0 ? &pool.room.sets : &pool.room.of_type[t];
+        if (*room == 0) continue;
+        --*room;
+        assert_int_equal(nrd_vk_create(&desc, &r.vk), NRD_RESULT_INVALID_ARGUMENT);
+        assert_non_null(strstr(r.spy.text, "nrd_vk_desc.descriptor_pool has too little left"));
+        assert_null(r.vk);
+        assert_memory_equal(&pool.used, &nothing, sizeof nothing);
+        pool.room = enough;
+        types++;
+    }
+    assert_int_equal(types, 5);
+    assert_int_equal(nrd_vk_create(&desc, &r.vk), NRD_RESULT_OK);
+    rig_run(&r, false);
+    rig_close(&r);
+    REAL(vkDestroyDescriptorPool)(devices[0].device, from, NULL);
+    assert_int_equal(message_count(), before);
+}
+
+/* ---------------------------------------------------------------------------------------------------------------------------
    Images inside others  >>subresources */
 /* Mip 1 of layer 1 has the size of the rig; the rest of the image is the app's and stays UNDEFINED. */
 typedef struct atlas { VkImage image; VkImageView view; VkDeviceMemory memory; } atlas;
@@ -560,6 +714,8 @@ int main(void)
         cmocka_unit_test(recording_uses_the_documented_commands_and_the_compute_bind_point_only),
         cmocka_unit_test(all_pipelines_are_asked_from_the_cache_of_the_app),
         cmocka_unit_test(a_secondary_command_buffer_will_do),
+        cmocka_unit_test(all_sets_come_from_the_pool_of_the_app_and_go_back_if_they_may),
+        cmocka_unit_test(a_pool_that_is_too_small_is_named_and_keeps_what_it_has),
         cmocka_unit_test(an_image_may_be_a_mip_level_and_a_layer_of_another),
         cmocka_unit_test(structs_of_another_version_are_refused),
         cmocka_unit_test(a_frame_must_be_set_before_the_first_recording),
