@@ -10,6 +10,10 @@ vec4 round_half(vec4 v)
     return uintBitsToFloat((floatBitsToUint(steps) + 0x1000u) & 0xffffe000u);
 }
 
+/* The nearest of 256 steps from 0 to 1: stores to images of 8 bits truncate to a half first on some devices, and one pixel in twenty would be
+   a step too dark there. For [0, 1]. */
+vec4 round_byte(vec4 v) { return floor(v * 255.0 + 0.5) * (1.0 / 255.0); }
+
 /* Rounds to a half at random, up as often as the remainder is large: an average that moves by less than half a step a frame would
    stand still under rounding to nearest. What is a half already stays. Numbers of one random keep their order, and opposite ones stay so.
    random: 24 bits; 13 decide of normal halves, 11 of the steps of denormal ones. */

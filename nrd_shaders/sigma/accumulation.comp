@@ -248,7 +248,7 @@ void accumulate(ivec2 place)
     uint age = pack_age(mix(frames * trust, h.age, trust * trust * trust * trust) + 1.0, random_of(pixel, 3u));
     imageStore(out_mean, pixel, uvec4(pack_mean(pack_depth(abs(signed_z)), v, random_of(pixel, 0u), age, s.width, h.stabilized), 0u, 0u));
 #ifndef TRANSLUCENCY
-    if (!is_absent(NRD_ABSENT_STABILIZATION)) imageStore(out_stabilized, pixel, vec4(h.stabilized));
+    if (!is_absent(NRD_ABSENT_STABILIZATION)) imageStore(out_stabilized, pixel, round_byte(vec4(h.stabilized)));
 #endif
 }
 

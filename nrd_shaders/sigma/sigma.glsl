@@ -2,6 +2,8 @@
 #ifndef SIGMA_GLSL
 #define SIGMA_GLSL
 
+#include "../common/texel.glsl"
+
 /* ---- visibility: a number, or three */
 #ifdef TRANSLUCENCY
 #define Visibility vec3
@@ -11,7 +13,7 @@ float luma_of(Visibility v) { return nrd_luma(v); }
 float luma_of(Visibility v) { return v; }
 #endif
 /* Roots, for finer steps in the dark. */
-vec4 shadow_texel(Visibility v) { return vec4(sqrt(clamp(vec3(v), 0.0, 1.0)), 1.0); }
+vec4 shadow_texel(Visibility v) { return round_byte(vec4(sqrt(clamp(vec3(v), 0.0, 1.0)), 1.0)); }
 const Visibility NO_LIGHT = Visibility(0.0);
 const Visibility ALL_LIGHT = Visibility(1.0);
 

@@ -4,6 +4,7 @@
 #version 450
 #extension GL_GOOGLE_include_directive : require
 #include "../common/pass.glsl"
+#include "../common/texel.glsl"
 
 layout(binding = 1) uniform sampler2D in_view_z;
 layout(binding = 2) uniform sampler2D in_penumbra;
@@ -32,5 +33,5 @@ void main()
     if (is_sky(texelFetch(in_view_z, pixel + rect_origin(), 0).x * g.view_z_scale)) return;
     float penumbra = texelFetch(in_penumbra, pixel, 0).x;
     vec3 v = penumbra >= NRD_PENUMBRA_LIT ? vec3(1.0) : penumbra > 0.0 ? load_blocked(pixel) : vec3(0.0);
-    imageStore(out_shadow, pixel, vec4(sqrt(v), 1.0));
+    imageStore(out_shadow, pixel, round_byte(vec4(sqrt(v), 1.0)));
 }
