@@ -134,7 +134,7 @@ static double impossible(const rig_signal *signal, const float *t, double high)
     return fmax(worst, fmax(-t[3], t[3] - 1));
 }
 
-static uint32_t channels_of(const rig_signal *signal) { return signal->kind == KIND_HIT_DIST || (signal->kind == KIND_PENUMBRA && signal->out == NRD_RESOURCE_OUT_SHADOW) ? 1 : 4; }
+uint32_t channels_of(const rig_signal *signal) { return signal->kind == KIND_HIT_DIST || (signal->kind == KIND_PENUMBRA && signal->out == NRD_RESOURCE_OUT_SHADOW) ? 1 : 4; }
 
 static void watch_pixel(watch *w, const rig *r, uint32_t s, uint32_t x, uint32_t y)
 {

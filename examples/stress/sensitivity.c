@@ -1,4 +1,4 @@
-/* How much the picture changes when inputs do by as little as storage or interpolation would; repeats; other devices. */
+/* How much the picture changes when inputs do by as little as storage or interpolation would. */
 #include "stress/stress.h"
 
 #include <stdio.h>
@@ -7,14 +7,14 @@
 enum { WIDTH = 48, HEIGHT = 32, FRAMES = 12 };
 
 /* ---- one scene: noise on a tilted, slightly bumpy wall with a step, under a camera that walks */
-static surface wall(const rig *r, uint32_t x, uint32_t y)
+surface stress_wall(const rig *r, uint32_t x, uint32_t y)
 {
     surface s = rig_surface(r, x, y);
     double a = 0.1 * (random_at(x / 3, y / 3, 1) - 0.5), length;
     s.normal[1] += a;
     length = sqrt(s.normal[0] * s.normal[0] + s.normal[1] * s.normal[1] + s.normal[2] * s.normal[2]);
     for (int k = 0; k < 3; k++) s.normal[k] /= length;
-    s.depth *= x < WIDTH / 3 ? 1.4 : 1;
+    s.depth *= x < r->rect_width / 3 ? 1.4 : 1;
     s.roughness = 0.2 + 0.6 * (y / 8 % 4) / 3.0;
     return s;
 }
@@ -59,7 +59,7 @@ static void run_scene(rig *r, change *what, uint32_t seed)
 {
     rig_reset(r);
     r->index = 9;
-    r->shape = wall;
+    r->shape = stress_wall;
     r->tilt = 40;
     for (uint32_t frame = 0; frame < FRAMES; frame++) {
         r->camera.position[0] = 0.05 * frame;
@@ -140,60 +140,5 @@ void stress_sensitivity(stress *s)
         rig_open(&r, &desc);
         if (r.texels[NRD_RESOURCE_IN_VIEWZ]) run_denoiser(s, &r);
         rig_close(&r);
-    }
-}
-
-/* ---- repeats, and other devices */
-static uint32_t differing(const double *a, const double *b)
-{
-    uint32_t count = 0;
-    for (uint32_t i = 0; i < RIG_MAX_SIGNALS * WIDTH * HEIGHT; i++) count += memcmp(&a[i], &b[i], sizeof a[i]) != 0;
-    return count;
-}
-
-static void write_values(const stress *s, const rig *r, const double *values)
-{
-    fprintf(s->dump, "%s\n", nrd_denoiser_name(r->denoiser));
-    for (uint32_t i = 0; i < r->signal_count * WIDTH * HEIGHT; i++) fprintf(s->dump, "%.17g\n", values[i]);
-}
-
-static bool read_values(const stress *s, const rig *r, double *values)
-{
-    char line[128], name[128];
-    rewind(s->compare);
-    snprintf(name, sizeof name, "%s\n", nrd_denoiser_name(r->denoiser));
-    do if (!fgets(line, sizeof line, s->compare)) return false; while (strcmp(line, name) != 0);
-    for (uint32_t i = 0; i < r->signal_count * WIDTH * HEIGHT; i++)
-        if (fscanf(s->compare, "%lf", &values[i]) != 1) return false;
-    return true;
-}
-
-static void agree(stress *s, rig *r, double *values)
-{
-    double *again = values + RIG_MAX_SIGNALS * WIDTH * HEIGHT;
-    run_scene(r, NULL, 1);
-    keep_values(r, values);
-    run_scene(r, NULL, 1);
-    keep_values(r, again);
-    check(s, GUARANTEE_REPEAT, "the same frames again", r->denoiser, differing(values, again));
-    if (s->dump) write_values(s, r, values);
-    if (!s->compare) return;
-    if (!read_values(s, r, again)) stress_die("the file to compare with lacks %s", nrd_denoiser_name(r->denoiser));
-    difference d = compare_values(r, again, values);
-    check(s, GUARANTEE_DEVICES, "another device, root mean square", r->denoiser, d.rms);
-    check(s, GUARANTEE_DEVICES_FLIPS, "another device, pixels", r->denoiser, d.flipped);
-}
-
-void stress_agreement(stress *s)
-{
-    for (int d = (int)s->first; d <= (int)s->last; d++) {
-        rig r;
-        rig_desc desc = stress_rig(s, (nrd_denoiser)d, WIDTH, HEIGHT);
-        double *values = (double *)calloc(2 * RIG_MAX_SIGNALS * WIDTH * HEIGHT, sizeof *values);
-        if (!values) stress_die("out of memory");
-        rig_open(&r, &desc);
-        agree(s, &r, values);
-        rig_close(&r);
-        free(values);
     }
 }

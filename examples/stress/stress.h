@@ -60,8 +60,8 @@
     X(SENSE_NORMALS, 0.04, "rms change when normals change by a step of 10 bits") \
     X(FLIPS, 0.01, "share of the pixels that change by more than 20 % of the picture's mean then") \
     X(REPEAT, 0, "values that differ when the same frames run again") \
-    X(DEVICES, 0.01, "rms difference to another device, of the picture's mean") \
-    X(DEVICES_FLIPS, 0.01, "share of the pixels that differ by more than 20 % of the picture's mean from another device's") \
+    X(DEVICES, 0.001, "difference to another device, all channels, rms over that of the picture") \
+    X(DEVICES_FLIPS, 0.001, "share of the pixels that differ from another device's by more than 20 % of that") \
     X(DENOISES, 0.5, "deviation that is left of the noise after 24 still frames") \
     X(CORRELATED, 0.95, "deviation that is left of noise that is equal over 8x8 pixels, which looks like a change of light")
 typedef enum guarantee {
@@ -114,6 +114,8 @@ void stress_agreement(stress *s);
 void stress_time(stress *s);
 void stress_fuzz(stress *s);
 
+surface stress_wall(const rig *r, uint32_t x, uint32_t y);   /* slightly bumpy, with a step in depth and four roughnesses */
+
 #define FOR_PIXELS(r) for (uint32_t y = 0; y < (r)->rect_height; y++) for (uint32_t x = 0; x < (r)->rect_width; x++)
 
 /* ---- noise */
@@ -152,6 +154,7 @@ void watch_check(stress *s, const watch *w, const rig *r, const char *of);
 typedef struct moments { double mean, deviation; } moments;
 moments input_moments(const rig *r, uint32_t signal);   /* over the visible pixels */
 moments output_moments(const rig *r, uint32_t signal);
+uint32_t channels_of(const rig_signal *signal);         /* that its output has */
 double noise_left(const rig *r);                        /* deviation of the output over that of the input, of the worst signal */
 
 #endif
