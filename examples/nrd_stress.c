@@ -1,8 +1,8 @@
 /* nrd-stress: tries to break every denoiser, and holds each to the guarantees that README.md states.
 
-   nrd-stress [--all] [--only SUBJECT] [--denoiser NAME] [--device N] [--validate] [--quiet] [--markdown]
+   nrd-stress [--all] [--only SUBJECT[,...]] [--denoiser NAME] [--device N] [--validate] [--quiet] [--markdown]
               [--seed N] [--cases N] [--case NUMBER] [--frames N] [--set KEY=VALUE] [--dump FILE] [--compare FILE] [--plant FAULT]
-   nrd-stress --self-test [--only SUBJECT]
+   nrd-stress --self-test [--only SUBJECT[,...]]
    Prints one row per case, denoiser and guarantee: ok or FAIL, what was measured, and the most that is allowed; then the worst of each
    guarantee. --all: the long suite. --validate: under the validation layer. --markdown: the guarantees as a table for README.md.
    --case: one random case again, by the number that failed. --dump writes what the denoisers give on this device, --compare holds it
@@ -19,7 +19,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-static const char usage[] = "usage: nrd-stress [--all] [--quiet] [--markdown] [--validate] [--self-test] [--only SUBJECT] [--denoiser NAME] "
+static const char usage[] = "usage: nrd-stress [--all] [--quiet] [--markdown] [--validate] [--self-test] [--only SUBJECT[,...]] [--denoiser NAME] "
                             "[--set KEY=VALUE] [--device N] [--frames N] [--cases N] [--case NUMBER] [--seed N] [--plant FAULT] [--dump FILE] [--compare FILE]";
 
 typedef struct subject { const char *name; void (*run)(stress *s); } subject;
@@ -41,11 +41,16 @@ static bool parse_fault(const char *text, fault *out)
     return false;
 }
 
-static bool parse_subject(const char *text, const char **only)
+/* Names with commas between them; a bit for each. */
+static bool parse_subjects(const char *text, uint32_t *only)
 {
-    for (int i = 0; i < SUBJECT_COUNT; i++)
-        if (strcmp(text, subjects[i].name) == 0) return *only = text, true;
-    return false;
+    for (const char *end; ; text = end + 1) {
+        bool known = false;
+        end = text + strcspn(text, ",");
+        for (int i = 0; i < SUBJECT_COUNT; i++)
+            if (strlen(subjects[i].name) == (size_t)(end - text) && strncmp(text, subjects[i].name, (size_t)(end - text)) == 0) known = true, *only |= 1u << i;
+        if (!known || !*end) return known;
+    }
 }
 
 static bool parse_setting(const char *text, stress *s)
@@ -56,7 +61,7 @@ static bool parse_setting(const char *text, stress *s)
     return s->set_count < sizeof s->set / sizeof s->set[0] && setting_parse(text, all, NRD_DENOISER_COUNT, &s->set[s->set_count++], error, sizeof error);
 }
 
-static int parse(int argc, char **argv, stress *s, int *device, const char **only, bool *self_test, bool *validate)
+static int parse(int argc, char **argv, stress *s, int *device, uint32_t *only, bool *self_test, bool *validate)
 {
     long number;
     for (int i = 1; i < argc; i++) {
@@ -69,7 +74,7 @@ static int parse(int argc, char **argv, stress *s, int *device, const char **onl
         const char *value = cli_value(argc, argv, &i);
         if (!value) return cli_fail("nrd-stress", "%s is unknown or lacks its value; %s", option, usage);
         bool ok = false;
-        if (!strcmp(option, "--only")) ok = parse_subject(value, only);
+        if (!strcmp(option, "--only")) ok = parse_subjects(value, only);
         else if (!strcmp(option, "--set")) ok = parse_setting(value, s);
         else if (!strcmp(option, "--dump")) ok = (s->dump = fopen(value, "w")) != NULL;
         else if (!strcmp(option, "--compare")) ok = (s->compare = fopen(value, "r")) != NULL;
@@ -102,10 +107,10 @@ static void print_guarantee(const stress *s, guarantee g)
     else printf("%-15s %10.3g of %-8.3g %5u checks; worst: %s, %s\n", guarantee_name(g), w->measured, guarantee_limit(g), checks, nrd_denoiser_name((nrd_denoiser)worst_denoiser), w->of);
 }
 
-static void run_subjects(stress *s, const char *only)
+static void run_subjects(stress *s, uint32_t only)
 {
     for (int i = 0; i < SUBJECT_COUNT; i++)
-        if (!only || !strcmp(only, subjects[i].name)) subjects[i].run(s);
+        if (!only || (only >> i & 1u)) subjects[i].run(s);
 }
 
 static int report(const stress *s)
@@ -122,9 +127,9 @@ static int report(const stress *s)
 }
 
 /* Plants every fault in turn, in one denoiser of each kind: a guarantee that no fault breaks proves nothing. */
-static int test_self(stress *s, const char *only)
+static int test_self(stress *s, uint32_t only)
 {
-    static const nrd_denoiser some[] = { NRD_DENOISER_REBLUR_DIFFUSE, NRD_DENOISER_REBLUR_DIFFUSE_OCCLUSION, NRD_DENOISER_SIGMA_SHADOW };
+    static const nrd_denoiser some[] = { NRD_DENOISER_REBLUR_DIFFUSE, NRD_DENOISER_REBLUR_DIFFUSE_DIRECTIONAL_OCCLUSION, NRD_DENOISER_SIGMA_SHADOW };
     int blind = 0;
     s->silent = true;
     s->frames = 61;
@@ -161,7 +166,7 @@ int main(int argc, char **argv)
     int device = 0, status;
     bool self_test = false;
     gpu_desc desc = { .device_index = 0 };
-    const char *only = NULL;
+    uint32_t only = 0;
     char error[256];
     s.last = (nrd_denoiser)(NRD_DENOISER_COUNT - 1);
     if (parse(argc, argv, &s, &device, &only, &self_test, &desc.validation)) return 2;

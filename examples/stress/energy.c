@@ -60,18 +60,19 @@ static void check_device(stress *s, rig *r, picture *what, uint32_t frames, guar
 /* The energy after each pass of the model. */
 static void run_model(picture *what, double scale, uint32_t frames, double energy[REBLUR_MODEL_PASS_COUNT])
 {
-    static double noisy[MODEL_PIXELS];
+    static double noisy[1][MODEL_PIXELS];
     static any_model any;
     reblur_model *m = &any.reblur;
     any_settings settings = { .REBLUR_DIFFUSE = nrd_reblur_defaults() };
     settings.REBLUR_DIFFUSE.luminance_sigma_scale = (float)scale;
     settings.REBLUR_DIFFUSE.max_stabilized_frames = 0;
-    for (uint32_t i = 0; i < MODEL_PIXELS; i++) noisy[i] = is_lit(i % MODEL_SIZE, i / MODEL_SIZE, MODEL_SIZE) ? what(SIZE / 2, SIZE / 2) : what(0, 0);
+    for (uint32_t i = 0; i < MODEL_PIXELS; i++) noisy[0][i] = is_lit(i % MODEL_SIZE, i / MODEL_SIZE, MODEL_SIZE) ? what(SIZE / 2, SIZE / 2) : what(0, 0);
     for (uint32_t repeat = 0; repeat < REPEATS; repeat++) {
-        reblur_model_kind.start(&any, &settings, (model_passes){ 0, 0 });
+        reblur_model_kinds[0].start(&any, &reblur_model_kinds[0], &settings, (model_passes){ 0, 0 });
         m->endless = true;
-        for (uint32_t i = 0; i < frames; i++) reblur_model_kind.frame(&any, noisy, 9 + 1000 * repeat + i);
-        for (int pass = 0; pass < REBLUR_MODEL_PASS_COUNT; pass++) energy[pass] += (m->sum[pass] - MODEL_PIXELS * what(0, 0)) / (IMPULSE * REPEATS);
+        m->components = 1;
+        for (uint32_t i = 0; i < frames; i++) reblur_model_kinds[0].frame(&any, noisy, 9 + 1000 * repeat + i);
+        for (int pass = 0; pass < REBLUR_MODEL_PASS_COUNT; pass++) energy[pass] += (m->signals[0].sum[pass] - MODEL_PIXELS * what(0, 0)) / (IMPULSE * REPEATS);
     }
 }
 
@@ -81,7 +82,7 @@ static void check_model(stress *s, picture *what, double scale, uint32_t frames,
     char of[96];
     run_model(what, scale, frames, energy);
     for (int pass = 0; pass < REBLUR_MODEL_PASS_COUNT; pass++) {
-        snprintf(of, sizeof of, "impulse%s, scale %g, %u: %s", what == in_the_light ? " in light" : "", scale, frames, reblur_model_kind.names[pass]);
+        snprintf(of, sizeof of, "impulse%s, scale %g, %u: %s", what == in_the_light ? " in light" : "", scale, frames, reblur_model_kinds[0].names[pass]);
         check(s, pass <= REBLUR_MODEL_BLUR ? GUARANTEE_ENERGY : of_weights, of, NRD_DENOISER_REBLUR_DIFFUSE, fabs(planted * energy[pass] - 1));
     }
 }

@@ -12,8 +12,6 @@ model_rounding model_rounding_of(model_passes passes, uint32_t pass)
     return r;
 }
 
-double reg(model_rounding r, double v) { return r.single ? (double)(float)v : v; }
-
 double store_half(model_rounding r, double v)
 {
     float raised = (float)v + 0.75f;
@@ -36,4 +34,16 @@ uint32_t model_hash(uint32_t x, uint32_t y, uint32_t z)
     h = (h ^ (h >> 16)) * 0x85ebca6bu;
     h = (h ^ (h >> 13)) * 0xc2b2ae35u;
     return h ^ (h >> 16);
+}
+
+/* ---- the wall */
+double model_camera_distance(int pixel)
+{
+    double x = (pixel % MODEL_SIZE + 0.5 - MODEL_SIZE / 2) * MODEL_PIXEL_UNITS, y = (pixel / MODEL_SIZE + 0.5 - MODEL_SIZE / 2) * MODEL_PIXEL_UNITS;
+    return sqrt(x * x + y * y + MODEL_DEPTH * MODEL_DEPTH);
+}
+
+double model_hit_dist_scale(double a, double b, double c, double d, double roughness)
+{
+    return (a + MODEL_DEPTH * b) * (1 + (c - 1) * exp2(d * roughness * roughness));
 }

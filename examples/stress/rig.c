@@ -252,11 +252,11 @@ void rig_put_guides(rig *r)
 /* ---- transfers */
 static uint8_t byte_of(float v) { return (uint8_t)((v > 0 ? v < 1 ? v : 1 : 0) * 255 + 0.5f); }
 
-static void pack_one(const rig *r, nrd_resource resource, size_t i, char *to)
+static void pack_one(const rig *r, nrd_resource resource, VkFormat format, size_t i, char *to)
 {
     const float *t = &r->texels[resource][4 * i];
     uint32_t normal;
-    switch (format_of(resource)) {
+    switch (format) {
     case VK_FORMAT_A2B10G10R10_UNORM_PACK32:
         normal = r->raw_normals ? r->raw_normals[i] : pack_normal_roughness(t, t[3], r->material[i]);
         memcpy(to, &normal, 4);
@@ -270,11 +270,11 @@ static void pack_one(const rig *r, nrd_resource resource, size_t i, char *to)
     }
 }
 
-static void unpack_one(const rig *r, nrd_resource resource, size_t i, const char *from)
+static void unpack_one(const rig *r, nrd_resource resource, VkFormat format, size_t i, const char *from)
 {
     float *t = &r->texels[resource][4 * i];
     uint16_t half[4];
-    switch (format_of(resource)) {
+    switch (format) {
     case VK_FORMAT_R16G16B16A16_SFLOAT:
         memcpy(half, from, 8);
         for (int k = 0; k < 4; k++) t[k] = half_to_float(half[k]);
@@ -289,8 +289,8 @@ static void unpack_one(const rig *r, nrd_resource resource, size_t i, const char
 
 void rig_upload(rig *r, nrd_resource resource)
 {
-    size_t pixels = (size_t)r->width * r->height, size = gpu_format_size(format_of(resource));
-    for (size_t i = 0; i < pixels; i++) pack_one(r, resource, i, (char *)r->packed + i * size);
+    size_t pixels = (size_t)r->width * r->height, size = gpu_format_size(r->images[resource].format);
+    for (size_t i = 0; i < pixels; i++) pack_one(r, resource, r->images[resource].format, i, (char *)r->packed + i * size);
     bool sent = r->sent[resource] && memcmp(r->sent[resource], r->packed, pixels * size) == 0;
     if (sent && is_input(resource)) return;
     if (!r->sent[resource]) r->sent[resource] = array(pixels, size);
@@ -308,7 +308,9 @@ void rig_upload_all(rig *r)
 {
     for (int i = 0; i < NRD_RESOURCE_COUNT; i++) {
         if (!r->texels[i]) continue;
-        for (size_t k = 0; !is_input((nrd_resource)i) && k < (size_t)r->width * r->height * 4; k++) r->texels[i][k] = rig_untouched((nrd_resource)i);
+        size_t written = is_input((nrd_resource)i) ? 0 : (size_t)r->width * r->height * 4;
+        float untouched = rig_untouched((nrd_resource)i);
+        for (size_t k = 0; k < written; k++) r->texels[i][k] = untouched;
         rig_upload(r, (nrd_resource)i);
     }
 }
@@ -356,9 +358,9 @@ void rig_download(rig *r)
     r->downloads++;
     for (int i = 0; i < NRD_RESOURCE_COUNT; i++) {
         if (!r->texels[i] || is_input((nrd_resource)i)) continue;
-        size_t size = gpu_format_size(format_of((nrd_resource)i));
+        size_t size = gpu_format_size(r->images[i].format);
         if (!gpu_download(r->device, &r->images[i], r->packed)) stress_die("%s", gpu_error(r->device));
-        for (size_t k = 0; k < (size_t)r->width * r->height; k++) unpack_one(r, (nrd_resource)i, k, (char *)r->packed + k * size);
+        for (size_t k = 0; k < (size_t)r->width * r->height; k++) unpack_one(r, (nrd_resource)i, r->images[i].format, k, (char *)r->packed + k * size);
     }
     for (uint32_t s = 0; s < r->signal_count; s++)
         if (r->fault != FAULT_NONE && r->signals[s].out != NRD_RESOURCE_COUNT) plant_fault(r, s);

@@ -46,9 +46,11 @@
     X(STORAGE, 0.002, "error of the picture when one pass stores 16 bits, relative, by that model") \
     X(STORAGE_STABILIZED, 0.004, "that of stabilization with what it keeps over time, which is rounded at random to 16 bits") \
     X(STORAGE_8_BIT, 0.001, "rms error of occlusion when one pass stores 12, 10 and 8 bits") \
+    X(STORAGE_DIRECTIONS, 0.004, "rms error of directions, of the luma or of 1, when one pass stores 16, 10 or 8 bits") \
     X(STORAGE_SHADOW, 0.015, "rms error of shadows when one pass stores 8 bits, and lengths of history in 4, rounded at random") \
     X(MODEL, 0.002, "device against the model with all rounding, relative, after 12 frames of noise or of a picture") \
     X(MODEL_SHADOW, 0.002, "the same of shadows, rms: a step of their root in 8 bits is 0.008") \
+    X(MODEL_DIRECTIONS, 0.001, "the same of directions, rms, of the luma or of 1") \
     X(VARIANCE, 0.02, "variance of filtered noise against that of the double-precision model (of shadows: of the rounding one), relative") \
     X(SAMPLES, 0.1, "variance of noise of known variance against what the effective number of samples in a value predicts, relative; of the model") \
     X(SENSE_SAMPLES, 0.002, "rms change of the picture when samples change by one step of a half (5e-4), of its mean") \
