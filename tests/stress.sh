@@ -33,6 +33,18 @@ if grep -q llvmpipe "$folder/second"; then
     agree 1 128
     agree 2 256
 fi
+
+# What README.md says of devices is what is published, of all denoisers and two devices at least, and kept by limits that are today's.
+sh examples/stress/agreement.sh table > "$folder/table" && sed '1,/<!-- agreement begin/d; /<!-- agreement end/,$d' README.md | cmp - "$folder/table"
+report $? "README.md's table of devices is not of published_agreement.txt: agreement.sh publish ROWS..."
+"$program" --only agreement --denoiser sigma_shadow --compare "$folder/here" > "$folder/log"
+"$program" --only agreement --denoiser reblur_diffuse --compare "$folder/here" >> "$folder/log"
+awk -F'|' -v denoisers=13 '
+    FNR == NR { if (/ DEVICES(_8_BIT)? /) { n = split($0, v, " "); limit[v[2]] = v[n] } next }
+    { rows[$1]++; if (!($4 <= $5 && $6 <= $7 && $8 == 0) || ($3 in limit && limit[$3] != $5)) bad = 1 }
+    END { for (d in rows) { devices++; if (rows[d] != denoisers) bad = 1 } exit bad || devices < 2 }' "$folder/log" examples/stress/published_agreement.txt
+report $? "published_agreement.txt lacks a denoiser, or breaks a limit, or has another one"
+
 "$program" --quiet --only agreement --denoiser reblur_diffuse --compare "$folder/here" --plant bright > "$folder/log"
 [ $? -eq 1 ]
 report $? "a planted fault is not noticed"

@@ -17,13 +17,14 @@ run() {
     other=$(sed -n '1s/^device //p' "$1")
     [ -n "$other" ] || { echo "agreement: $1 names no device; agreement.sh dump FILE writes one" >&2; exit 1; }
     "$stress" --only agreement --compare "$1" | awk -v other="$other" '
-        /^(ok|FAIL)/ { if (!($2 in seen)) { seen[$2]; name[++denoisers] = $2 }
+        /^(ok|FAIL)/ { sub(/DEVICES_8_BIT/, "DEVICES")
+                       if (!($2 in seen)) { seen[$2]; name[++denoisers] = $2 }
                        if (!(($2, $(NF - 3)) in worst) || $(NF - 2) + 0 > worst[$2, $(NF - 3)] + 0) worst[$2, $(NF - 3)] = $(NF - 2)
-                       most[$(NF - 3)] = $NF }
+                       most[$2, $(NF - 3)] = $NF }
         blank { device = $0 }
         { blank = $0 == "" }
         END { for (d = 1; d <= denoisers; d++)
-                  print device "|" other "|" name[d] "|" worst[name[d], "DEVICES"] "|" most["DEVICES"] "|" worst[name[d], "DEVICES_FLIPS"] "|" most["DEVICES_FLIPS"] "|" worst[name[d], "REPEAT"] }'
+                  print device "|" other "|" name[d] "|" worst[name[d], "DEVICES"] "|" most[name[d], "DEVICES"] "|" worst[name[d], "DEVICES_FLIPS"] "|" most[name[d], "DEVICES_FLIPS"] "|" worst[name[d], "REPEAT"] }'
 }
 
 table() {

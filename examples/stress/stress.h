@@ -63,6 +63,7 @@
     X(FLIPS, 0.01, "share of the pixels that change by more than 20 % of the picture's mean then") \
     X(REPEAT, 0, "values that differ when the same frames run again") \
     X(DEVICES, 0.001, "difference to another device, all channels, rms over that of the picture") \
+    X(DEVICES_8_BIT, 0.0002, "the same of occlusion and shadows") \
     X(DEVICES_FLIPS, 0.001, "share of the pixels that differ from another device's by more than 20 % of that") \
     X(DENOISES, 0.5, "deviation that is left of the noise after 24 still frames") \
     X(CORRELATED, 0.95, "deviation that is left of noise that is equal over 8x8 pixels, which looks like a change of light")
