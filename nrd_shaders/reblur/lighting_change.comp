@@ -19,6 +19,7 @@ layout(binding = 3, rgba16f) uniform writeonly image2D out_tile;
 
 const int REACH = 4;              /* tiles; less misses weak changes, more smears local ones */
 const int SIDE = 8, FRAMED = SIDE + 2 * REACH;   /* tiles of a work group, and with those around it */
+const int THREADS = SIDE * SIDE;  /* numbers of rounds are constants: what a thread fetches in each is then on its way at once */
 const int SURVEY = 16;            /* SURVEY x SURVEY tiles all over the picture tell whether there is a change at all */
 const float MEMORY = 0.5;         /* weight of the new frame; 0.33 lags a frame more, 1 sees only sudden changes */
 const float FULL_CHANGE = 0.06;   /* change beyond the noise, relative to the luma, that is applied in full */
@@ -46,9 +47,11 @@ float certainty(float change, float error, float luma)
 void load_surroundings(ivec2 tiles)
 {
     ivec2 first = ivec2(gl_WorkGroupID.xy) * SIDE - REACH;
-    for (int i = int(gl_LocalInvocationIndex); i < FRAMED * FRAMED; i += SIDE * SIDE) {
+    UNROLL for (int round = 0; round < FRAMED * FRAMED / THREADS; round++) {
+        int i = round * THREADS + int(gl_LocalInvocationIndex);
         ivec2 at = first + ivec2(i % FRAMED, i / FRAMED);
-        s_tiles[i] = all(lessThan(uvec2(at), uvec2(tiles))) ? load_tile(at) : vec4(0.0);
+        vec4 sums = load_tile(clamp(at, ivec2(0), tiles - 1));
+        s_tiles[i] = all(lessThan(uvec2(at), uvec2(tiles))) ? sums : vec4(0.0);
     }
 }
 
@@ -57,9 +60,11 @@ vec4 load_survey(ivec2 tiles)
 {
     vec4 sum = vec4(0.0);
     vec2 count = vec2(min(tiles, ivec2(SURVEY))), spacing = vec2(tiles) / count;   /* a tile that counted twice would look certain */
-    for (int i = int(gl_LocalInvocationIndex); i < SURVEY * SURVEY; i += SIDE * SIDE) {
+    UNROLL for (int round = 0; round < SURVEY * SURVEY / THREADS; round++) {
+        int i = round * THREADS + int(gl_LocalInvocationIndex);
         vec2 place = vec2(i % SURVEY, i / SURVEY) + 0.5;
-        if (all(lessThan(place, count))) sum += load_tile(min(ivec2(place * spacing), tiles - 1));
+        vec4 sums = load_tile(min(ivec2(place * spacing), tiles - 1));
+        if (all(lessThan(place, count))) sum += sums;
     }
     return sum;
 }
@@ -72,10 +77,11 @@ vec4 tent(int distance)
 
 void sum_rows()
 {
-    for (int i = int(gl_LocalInvocationIndex); i < SIDE * FRAMED; i += SIDE * SIDE) {
-        int center = (i / SIDE) * FRAMED + i % SIDE + REACH;
-        s_rows[i] = vec4(0.0);
-        for (int x = -REACH; x <= REACH; x++) s_rows[i] += tent(x) * s_tiles[center + x];
+    UNROLL for (int round = 0; round < SIDE * FRAMED / THREADS; round++) {
+        int i = round * THREADS + int(gl_LocalInvocationIndex), center = (i / SIDE) * FRAMED + i % SIDE + REACH;
+        vec4 sum = vec4(0.0);
+        UNROLL for (int x = -REACH; x <= REACH; x++) sum += tent(x) * s_tiles[center + x];
+        s_rows[i] = sum;
     }
 }
 
@@ -98,7 +104,7 @@ float survey()
 vec4 sum_around()
 {
     vec4 sum = vec4(0.0);
-    for (int y = -REACH; y <= REACH; y++) sum += tent(y) * s_rows[int(gl_LocalInvocationIndex) + SIDE * (REACH + y)];
+    UNROLL for (int y = -REACH; y <= REACH; y++) sum += tent(y) * s_rows[int(gl_LocalInvocationIndex) + SIDE * (REACH + y)];
     return sum;
 }
 
@@ -106,7 +112,7 @@ float find_motion()
 {
     float sum = 0.0;
     int center = (int(gl_LocalInvocationID.y) + REACH) * FRAMED + int(gl_LocalInvocationID.x) + REACH;
-    for (int i = 0; i < 9; i++) {
+    UNROLL for (int i = 0; i < 9; i++) {
         ivec2 at = ivec2(i % 3, i / 3) - 1;
         sum += float((2 - abs(at.x)) * (2 - abs(at.y))) * s_tiles[center + at.y * FRAMED + at.x].z;
     }
