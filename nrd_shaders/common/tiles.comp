@@ -23,10 +23,10 @@ bool is_surface(float view_z) { return !is_sky(view_z * g.view_z_scale); }
 /* View z of 2 x 2 pixels from `quad` on, as textureGather orders them; infinite where a surface does not count. */
 vec4 gather_view_z(ivec2 quad)
 {
-    vec4 z = textureGather(in_view_z, vec2(quad + 1) / vec2(textureSize(in_view_z, 0)), 0);
+    vec2 uv = vec2(quad + 1) * g.texel_uv.xy;
+    vec4 z = textureGather(in_view_z, uv, 0);
 #ifdef GLOSSY
     if (!HAS_ROUGHNESS_LIMIT) return z;
-    vec2 uv = vec2(quad + 1) / vec2(textureSize(in_normal_roughness, 0));
     vec4 roughness = SPEC_NORMAL_FORMAT == NRD_NORMAL_FORMAT_RGB10A2_UNORM ? textureGather(in_normal_roughness, uv, 2) : textureGather(in_normal_roughness, uv, 3);
     UNROLL for (int i = 0; i < 4; i++)
         if (is_too_rough(nrd_decode_roughness(roughness[i], SPEC_NORMAL_FORMAT, SPEC_ROUGHNESS_FORMAT))) z[i] = uintBitsToFloat(0x7f800000u);

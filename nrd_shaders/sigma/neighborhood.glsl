@@ -30,10 +30,10 @@ Visibility ray_visibility(int at, bool lit)
 }
 
 /* Four texels of one gather each; corner: the first of them. */
-vec4 gather_view_z(ivec2 corner) { return textureGather(in_view_z, vec2(corner + rect_origin() + 1) / vec2(textureSize(in_view_z, 0)), 0).wzxy * g.view_z_scale; }
+vec4 gather_view_z(ivec2 corner) { return textureGather(in_view_z, vec2(corner + rect_origin() + 1) * g.texel_uv.xy, 0).wzxy * g.view_z_scale; }
 vec4 gather_widths(ivec2 corner, vec4 z)
 {
-    vec4 penumbrae = textureGather(in_penumbra, vec2(corner + 1) / vec2(textureSize(in_penumbra, 0)), 0).wzxy, widths;
+    vec4 penumbrae = textureGather(in_penumbra, vec2(corner + 1) * g.texel_uv.xy, 0).wzxy, widths;
     UNROLL for (int i = 0; i < 4; i++) {
         bool inside = all(lessThan(uvec2(corner + ivec2(i & 1, i >> 1)), uvec2(g.rect_width, g.rect_height)));
         widths[i] = mix(NOTHING, width_of(penumbrae[i], z[i]), inside);
