@@ -66,7 +66,7 @@ static void passes_textures_and_inputs_are_left_out_for_the_declaration_or_setti
     assert_item(instance, "texture", "DIFF_TILE", NULL);   /* the setting may come back */
     put(instance, denoiser, "max_blur_radius", 0);
     assert_item(instance, "pass", "lighting change", NULL);
-    assert_item(instance, "pass", "post-blur 1", "max_blur_radius is 0 (or performance_mode is 2; occlusion: 1)");
+    assert_item(instance, "pass", "post-blur 1", "max_blur_radius is 0 (or performance_mode is 2)");
     nrd_destroy(instance);
 }
 

@@ -285,7 +285,7 @@ static void passes_on_listed_tiles_have_the_number_of_groups_of_their_frame(void
                 assert_true(at->indirect_offset + 12 <= info->textures[groups->texture].bytes);
                 listed += lists;
             }
-            assert_true(listed >= 3);
+            assert_true(listed >= 2);
             cleared = groups[1].texture;
         }
         nrd_destroy(instance);
@@ -631,7 +631,8 @@ static void settings_of_zero_drop_their_passes(void **state)
         nrd *instance = create_one(&s, (nrd_denoiser)i, 64, 48, NRD_FEATURE_ALL);
         for (uint32_t k = 0; k < 2; k++) {
             bool has = find_setting((nrd_denoiser)i, rows[k].setting, &setting);
-            assert_int_equal(dropped_by(instance, 2 * k, rows[k].mode) > 0, has);
+            bool kept = rows[k].mode == MODE_NO_BLUR && nrdi_row_of((nrd_denoiser)i)->family == NRDI_FAMILY_OCCLUSION;   /* its blur writes the output */
+            assert_int_equal(dropped_by(instance, 2 * k, rows[k].mode) > 0, has && !kept);
         }
         run r = run_mode(instance, 4, MODE_NO_BLUR);
         for (uint32_t d = 0; d < r.count; d++) assert_int_equal(r.dispatches[d].push[0], 0);

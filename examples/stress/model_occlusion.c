@@ -1,10 +1,11 @@
-/* REBLUR of occlusion, diffuse, specular or both, or with moments: averages over time that no filter touches, and two discs of eight taps. */
+/* REBLUR of occlusion, diffuse, specular or both, or with moments: averages over time of means of few pixels, which no filter touches, and a
+   disc of six taps. */
 #include "stress/model.h"
 
 #include <math.h>
 #include <string.h>
 
-enum { ACCUMULATION, BLUR, POST_BLUR, PASSES, TAPS = 8 };
+enum { ACCUMULATION, BLUR, PASSES, TAPS = 6 };
 
 #define LEAST_RADIUS (1.0 / 64)
 #define MEAN_STEPS 4080.0
@@ -35,22 +36,55 @@ static double store_openness(model_rounding r, double v, int component, double s
 /* What taps read of a mean: its upper 8 bits. */
 static double as_tap(model_rounding r, double mean) { return r.stored ? floor((mean * MEAN_STEPS + 8.5) / 16) / 255 : mean; }
 
-/* The blur hands on as many steps as the word has left: beside a specular lobe a diffuse one has 8 bits, alone 10. */
-static double steps_between(const occlusion_model *m, const occlusion_lobe *l) { return l->specular ? MEAN_STEPS : m->lobe_count > 1 ? 255 : 1023; }
+/* ---- the disc */
+/* Units: as wide as near occluders allow, at least `least`; of a specular lobe within what it smears. */
+static double reach_of(const occlusion_model *m, const occlusion_lobe *l, double radius, double least, int i)
+{
+    double hit_dist = radius * model_hit_dist_scale(m->settings.hit_distance_a, m->settings.hit_distance_b, m->settings.hit_distance_c, m->settings.hit_distance_d, l->specular ? MODEL_ROUGHNESS : 1);
+    double wide = fmax(0.17 * hit_dist, least), smeared = MODEL_ROUGHNESS * MODEL_ROUGHNESS * hit_dist / (1 + hit_dist / model_camera_distance(i));
+    return l->specular ? fmin(wide, 3 * smeared) : wide;
+}
 
 /* ---- accumulation */
-/* Over the 6x6 pixels of the quads around, and the pixel once more. */
-static double harmonic_mean(model_rounding r, const double *in, int i)
+typedef struct around_sums {
+    double number, reciprocals;
+    double own[MODEL_OPENNESS], all[MODEL_OPENNESS];   /* of the own quad and the pixel once more; of these and the quads beside */
+    double own_number;
+} around_sums;
+
+static void add_quad(model_rounding r, around_sums *s, double (*in)[MODEL_PIXELS], int components, int left, int top)
 {
-    int left = i % MODEL_SIZE / 2 * 2 - 2, top = i / MODEL_SIZE / 2 * 2 - 2;
-    double number = 1, reciprocals = 1 / fmax(in[i], LEAST_RADIUS);
-    for (int y = top; y < top + 6; y++)
-        for (int x = left; x < left + 6; x++) {
-            if (!is_inside(x, y)) continue;
-            reciprocals = reg(r, reciprocals + 1 / fmax(in[y * MODEL_SIZE + x], LEAST_RADIUS));
-            number++;
-        }
-    return reg(r, number / reciprocals);
+    for (int k = 0; k < 4; k++) {
+        int x = left + (k & 1), y = top + (k >> 1), i = y * MODEL_SIZE + x;
+        if (!is_inside(x, y)) continue;
+        s->number++;
+        s->reciprocals = reg(r, s->reciprocals + 1 / fmax(in[0][i], LEAST_RADIUS));
+        for (int c = 0; c < components; c++) s->all[c] = reg(r, s->all[c] + in[c][i]);
+    }
+}
+
+static around_sums look_around(model_rounding r, double (*in)[MODEL_PIXELS], int components, int i)
+{
+    static const int quads[5][2] = { { 0, 0 }, { 2, 0 }, { 0, 2 }, { -2, 0 }, { 0, -2 } };
+    around_sums s = { .number = 1, .reciprocals = 1 / fmax(in[0][i], LEAST_RADIUS) };
+    for (int c = 0; c < components; c++) s.all[c] = in[c][i];
+    for (int q = 0; q < 5; q++) {
+        add_quad(r, &s, in, components, i % MODEL_SIZE / 2 * 2 + quads[q][0], i / MODEL_SIZE / 2 * 2 + quads[q][1]);
+        if (q > 0) continue;
+        memcpy(s.own, s.all, sizeof s.own);
+        s.own_number = s.number;
+    }
+    return s;
+}
+
+static double share(double reach, double from, double to) { return fmin(fmax((reach - from) / (to - from), 0), 1); }
+
+/* A sample, mixed with those of its quad from 0.7 to 1.5 px of the disc on, with those around from 3 to 6. */
+static double mean_of(model_rounding r, const around_sums *s, int component, double own, double reach)
+{
+    double of_around = share(reach, 3, 6), number = s->own_number + (s->number - s->own_number) * of_around;
+    double mean = reg(r, reg(r, s->own[component] + (s->all[component] - s->own[component]) * of_around) / number);
+    return reg(r, own + (mean - own) * share(reach, 0.7, 1.5));
 }
 
 /* in: hit distances, then moments. */
@@ -60,34 +94,23 @@ static void accumulate(const occlusion_model *m, occlusion_lobe *l, double (*in)
     double before = fmin(m->frames, m->settings.max_accumulated_frames), alpha = reg(r, 1 / (1 + before)), rest = reg(r, 1 - alpha);
     for (int i = 0; i < MODEL_PIXELS; i++) {
         double random = random_of(i, frame_index);
+        around_sums around = look_around(r, in, m->components, i);
+        double radius = reg(r, l->radius[i] * rest + reg(r, around.number / around.reciprocals) * alpha);
+        double px = MODEL_DEPTH / model_camera_distance(i) / MODEL_PIXEL_UNITS, reach = reg(r, fmin(reach_of(m, l, radius, 0, i) * px, m->settings.max_blur_radius) * (l->specular ? 0.25 : 1));
         for (int k = 0; k < m->components; k++)
-            l->history[k][i] = store_openness(r, reg(r, l->history[k][i] * rest + in[k][i] * alpha), k, MEAN_STEPS, random);
-        l->radius[i] = store_radius(r, reg(r, l->radius[i] * rest + harmonic_mean(r, in[0], i) * alpha), random);
+            l->history[k][i] = store_openness(r, reg(r, l->history[k][i] * rest + mean_of(r, &around, k, in[k][i], reach) * alpha), k, MEAN_STEPS, random);
+        l->radius[i] = store_radius(r, radius, random);
     }
 }
 
-/* ---- the blurs */
-/* Offsets of the taps in px, for a radius of 1. The axes in the plane are up and left; the second disc is turned by 1.2. */
-static void place_taps(uint32_t pass, double offsets[TAPS][2])
-{
-    static const double disc[TAPS][2] = { { 0.2500, 0.0000 }, { -0.3193, 0.2925 }, { 0.0489, -0.5569 }, { 0.4024, 0.5249 },
-                                          { -0.7385, -0.1306 }, { 0.6996, -0.4450 }, { -0.2340, 0.8705 }, { -0.4462, -0.8592 } };
-    for (int k = 0; k < TAPS; k++) {
-        double x = disc[k][0], y = disc[k][1];
-        if (pass == POST_BLUR) x = 0.3624 * disc[k][0] - 0.9320 * disc[k][1], y = 0.9320 * disc[k][0] + 0.3624 * disc[k][1];
-        offsets[k][0] = -y;
-        offsets[k][1] = x;
-    }
-}
+/* ---- the blur */
+/* Offsets of the taps in px, for a radius of 1. The axes in the plane are up and left. */
+static const double disc[TAPS][2] = { { 0.2887, 0.0000 }, { -0.3687, 0.3378 }, { 0.0564, -0.6430 }, { 0.4647, 0.6061 }, { -0.8528, -0.1508 }, { 0.8078, -0.5139 } };
 
-/* Pixels: as wide as near occluders allow, wider while history is short; of a specular lobe within what it smears. */
+/* Pixels: wider while history is short. */
 static double radius_of(const occlusion_model *m, const occlusion_lobe *l, model_rounding r, int i)
 {
-    const double alpha = MODEL_ROUGHNESS * MODEL_ROUGHNESS;
-    double hit_dist = l->radius[i] * model_hit_dist_scale(m->settings.hit_distance_a, m->settings.hit_distance_b, m->settings.hit_distance_c, m->settings.hit_distance_d, l->specular ? MODEL_ROUGHNESS : 1);
-    double wide = fmax(0.17 * hit_dist / MODEL_PIXEL_UNITS, 5.7 / sqrt(fmax(m->frames, 1)));
-    double smeared = alpha * hit_dist / (1 + hit_dist / model_camera_distance(i)) / MODEL_PIXEL_UNITS;
-    return reg(r, fmin(l->specular ? fmin(wide, 3 * smeared) : wide, m->settings.max_blur_radius));
+    return reg(r, fmin(reach_of(m, l, l->radius[i], 5.7 * MODEL_PIXEL_UNITS / sqrt(fmax(m->frames, 1)), i) / MODEL_PIXEL_UNITS, m->settings.max_blur_radius));
 }
 
 /* A specular tap's roughness has 4 bits, its centre's all. */
@@ -96,51 +119,36 @@ static double alike(const occlusion_lobe *l)
     return l->specular ? 1 - fabs(floor(MODEL_ROUGHNESS * 15 + 0.5) / 15 - MODEL_ROUGHNESS) / (0.1 + 0.3 * MODEL_ROUGHNESS) : 1;
 }
 
-/* own, taps: what the centre and its neighbours hold. */
-static void blur_at(const occlusion_model *m, const occlusion_lobe *l, model_rounding r, int i, double (*own)[MODEL_PIXELS], double (*taps)[MODEL_PIXELS], double offsets[TAPS][2], double radius, double to[MODEL_OPENNESS])
+/* taps: what the centre's neighbours hold. */
+static void blur_at(const occlusion_model *m, const occlusion_lobe *l, model_rounding r, int i, double (*taps)[MODEL_PIXELS], double to[MODEL_OPENNESS])
 {
-    double sum[MODEL_OPENNESS], weight = 1;
-    for (int c = 0; c < m->components; c++) sum[c] = to[c] = own[c][i];
+    double sum[MODEL_OPENNESS], weight = 1, radius = radius_of(m, l, r, i);
+    for (int c = 0; c < m->components; c++) sum[c] = to[c] = l->history[c][i];
     if (l->specular && radius < 0.5) return;
     for (int k = 0; k < TAPS; k++) {
-        int x = i % MODEL_SIZE + (int)nearbyint(radius * offsets[k][0]), y = i / MODEL_SIZE + (int)nearbyint(radius * offsets[k][1]);
+        int x = i % MODEL_SIZE - (int)nearbyint(radius * disc[k][1]), y = i / MODEL_SIZE + (int)nearbyint(radius * disc[k][0]);
         if (!is_inside(x, y)) continue;
-        double w = reg(r, alike(l) * exp2(-0.05 * (k + 0.5)));
-        for (int c = 0; c < m->components; c++) sum[c] = reg(r, sum[c] + w * taps[c][y * MODEL_SIZE + x]);
-        weight = reg(r, weight + w);
+        for (int c = 0; c < m->components; c++) sum[c] = reg(r, sum[c] + alike(l) * taps[c][y * MODEL_SIZE + x]);
+        weight = reg(r, weight + alike(l));
     }
     for (int c = 0; c < m->components; c++) to[c] = reg(r, sum[c] / weight);
 }
 
-static void find_taps(const occlusion_model *m, model_rounding before, double (*own)[MODEL_PIXELS], double (*taps)[MODEL_PIXELS])
+static void find_taps(const occlusion_model *m, double (*own)[MODEL_PIXELS], double (*taps)[MODEL_PIXELS])
 {
+    model_rounding before = model_rounding_of(m->passes, ACCUMULATION);
     for (int c = 0; c < m->components; c++)
         for (int i = 0; i < MODEL_PIXELS; i++) taps[c][i] = c < MODEL_MOMENT ? as_tap(before, own[c][i]) : own[c][i];
 }
 
-static void blur(const occlusion_model *m, occlusion_lobe *l, double (*to)[MODEL_PIXELS], uint32_t frame_index)
+static void blur(const occlusion_model *m, occlusion_lobe *l)
 {
     static double taps[MODEL_OPENNESS][MODEL_PIXELS];
     model_rounding r = model_rounding_of(m->passes, BLUR);
-    double offsets[TAPS][2], v[MODEL_OPENNESS];
-    place_taps(BLUR, offsets);
-    find_taps(m, model_rounding_of(m->passes, ACCUMULATION), l->history, taps);
+    find_taps(m, l->history, taps);
     for (int i = 0; i < MODEL_PIXELS; i++) {
-        blur_at(m, l, r, i, l->history, taps, offsets, radius_of(m, l, r, i), v);
-        for (int c = 0; c < m->components; c++) to[c][i] = store_openness(r, v[c], c, steps_between(m, l), random_of(i, ~frame_index));
-    }
-}
-
-static void post_blur(const occlusion_model *m, occlusion_lobe *l, double (*from)[MODEL_PIXELS])
-{
-    static double taps[MODEL_OPENNESS][MODEL_PIXELS];
-    model_rounding r = model_rounding_of(m->passes, POST_BLUR), before = model_rounding_of(m->passes, BLUR);
-    double offsets[TAPS][2], v[MODEL_OPENNESS];
-    before.stored &= l->specular;   /* taps of others read all that there is */
-    place_taps(POST_BLUR, offsets);
-    find_taps(m, before, from, taps);
-    for (int i = 0; i < MODEL_PIXELS; i++) {
-        blur_at(m, l, r, i, from, taps, offsets, 0.5 * radius_of(m, l, r, i), v);
+        double v[MODEL_OPENNESS];
+        blur_at(m, l, r, i, taps, v);
         double length = m->components > MODEL_MOMENT ? sqrt(v[1] * v[1] + v[2] * v[2] + v[3] * v[3]) : 0, most = fmin(1, v[0] / fmax(length, 1e-6));
         for (int c = 0; c < m->components; c++) l->out[c][i] = store_half(r, c < MODEL_MOMENT ? v[c] : reg(r, v[c] * most));
     }
@@ -160,14 +168,10 @@ static void start(any_model *any, const model_kind *kind, const any_settings *se
 
 static void run_frame(any_model *any, double (*in)[MODEL_PIXELS], uint32_t frame_index)
 {
-    static double between[MODEL_MOST_SIGNALS][MODEL_OPENNESS][MODEL_PIXELS];
     occlusion_model *m = &any->occlusion;
     for (uint32_t k = 0; k < m->lobe_count; k++) accumulate(m, &m->lobes[k], in + k * (uint32_t)m->components, frame_index);
     m->frames = fmin(fmin(m->frames, m->settings.max_accumulated_frames) + 1, 63);
-    for (uint32_t k = 0; k < m->lobe_count; k++) {
-        blur(m, &m->lobes[k], between[k], frame_index);
-        post_blur(m, &m->lobes[k], between[k]);
-    }
+    for (uint32_t k = 0; k < m->lobe_count; k++) blur(m, &m->lobes[k]);
 }
 
 static double value(const any_model *any, uint32_t lane, uint32_t pixel)
@@ -178,7 +182,7 @@ static double value(const any_model *any, uint32_t lane, uint32_t pixel)
 
 #define LANE(name, lane) { NRD_RESOURCE_IN_##name##_HITDIST, NRD_RESOURCE_OUT_##name##_HITDIST, 0, LANE_VALUE, lane }
 #define MOMENT(k, role) { NRD_RESOURCE_IN_DIFF_DIRECTION_HITDIST, NRD_RESOURCE_OUT_DIFF_DIRECTION_HITDIST, k, role, 0 }
-#define KIND(name, parts, lane_count, ...) { NRD_DENOISER_REBLUR_##name##_OCCLUSION, parts, PASSES, { "accumulation", "blur", "post-blur" }, lane_count, { __VA_ARGS__ }, start, run_frame, value }
+#define KIND(name, parts, lane_count, ...) { NRD_DENOISER_REBLUR_##name##_OCCLUSION, parts, PASSES, { "accumulation", "blur" }, lane_count, { __VA_ARGS__ }, start, run_frame, value }
 const model_kind occlusion_model_kinds[OCCLUSION_MODEL_KINDS] = {
     KIND(DIFFUSE, MODEL_DIFFUSE, 1, LANE(DIFF, 0)),
     KIND(SPECULAR, MODEL_SPECULAR, 1, LANE(SPEC, 0)),

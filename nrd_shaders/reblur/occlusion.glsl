@@ -3,7 +3,7 @@
 
    tap.x  bits 0-11 depth / denoising range as a float with 5 exponent and 7 fraction bits (error 2e-3 of the depth; 0xfff: sky)
      diffuse alone   12-19 world normal (octahedral, 4 + 4 bits, error 9 degrees), 20-21 material id,
-                     22-23 class of history length, 24-31 occlusion; once filtered 22-31 occlusion
+                     22-23 class of history length, 24-31 occlusion
      with specular   12-25 world normal (7 + 7 bits, error 1.2 degrees), 26-27 material id, 28-31 low bits of specular occlusion
    tap.y  directional: 0-29 moment of the openness, three fields of 10 bits
           with specular: 0-7 specular occlusion, 8-13 its history length, 14-17 roughness,
@@ -14,6 +14,17 @@
    Finer depths and diffuse normals gain nothing; they were compared with exact ones. */
 #ifndef OCCLUSION_GLSL
 #define OCCLUSION_GLSL
+
+#ifdef DIFFUSE
+#define HAS_DIFFUSE 1
+#else
+#define HAS_DIFFUSE 0
+#endif
+#ifdef SPECULAR
+#define HAS_SPECULAR 1
+#else
+#define HAS_SPECULAR 0
+#endif
 
 const uint TAP_SKY = 0xfffu;
 const float TAP_DEPTH_ERROR = 2.0e-3;   /* of the depth */
@@ -42,6 +53,27 @@ float field(uint code, int first, int bits)
     uint shifted = first > 23 - bits ? code >> (first - 23 + bits) : code << (23 - bits - first);
     return (uintBitsToFloat((shifted & mask) | 0x3f800000u) - 1.0) * float(1u << bits);
 }
+
+/* ---- the disc of the blur ---- */
+/* Its radius over the harmonic mean of hit distances. 0.13 to 0.24 tried: less is noisier, more loses contact shadows. */
+const float WIDTH = 0.17;
+/* Most of its radius over the lobe's footprint. 0.5 to 3 tried: more is smoother. */
+const float LOBE_WIDTH = 3.0;
+
+/* Units; radius: of the lobe. */
+float diffuse_reach(float radius, float z) { return WIDTH * radius * nrd_hit_dist_scale(z, 1.0, g.hit_distance); }
+
+/* least: but never more than the lobe's footprint allows. */
+float specular_reach(float radius, vec3 position, float roughness, float least)
+{
+    float hit_dist = radius * nrd_hit_dist_scale(position.z, roughness, g.hit_distance), distance = length(position), alpha = max(roughness * roughness, 1e-4);
+    return min(max(WIDTH * hit_dist, least), LOBE_WIDTH * alpha * hit_dist * distance / (hit_dist + distance));
+}
+
+/* Exponents of 2 per 1 - cos of the angle between normals, and what a tap of another roughness weighs. */
+float diffuse_bend_scale() { return -LOG2_E * g.normal_sensitivity; }
+float specular_bend_scale(float roughness) { return -LOG2_E * max(g.normal_sensitivity, 1.0 / (roughness * roughness * roughness * roughness + 2e-3)); }
+float roughness_weight(float tap, float roughness) { return clamp(1.0 - abs(tap - roughness) / (0.1 + 0.3 * roughness), 0.0, 1.0); }
 
 /* ---- the surface ---- */
 #ifdef SPECULAR
@@ -111,15 +143,10 @@ Texel pack_lobes(uvec2 surface, Lobe d, Lobe s, float random)
 
 Lobe diffuse_lobe(Texel t) { return Lobe(unpack_occlusion(field(t.tap.x, 24, 8), field(t.state, 0, 4)), field(t.state, 4, 6), unpack_radius(field(t.state, 10, 6)), unpack_moment(t.tap.y)); }
 vec4 tap_diffuse(uvec2 tap) { return vec4(unpack_moment(tap.y), field(tap.x, 24, 8) / 255.0); }
-vec4 tap_filtered_diffuse(uvec2 tap) { return vec4(unpack_moment(tap.y), field(tap.x, 22, 10) / 1023.0); }
 
 /* What a tap's history counts for, about the mean length of its class: 1.5, 3.75, 10 or 26. */
 float tap_diffuse_frames(uvec2 tap) { return uintBitsToFloat(0x3fc00000u + ((tap.x >> 22) & 3u) * 0xb00000u); }
 
-uvec2 pack_filtered(uvec2 tap, Lobe d, Lobe s, float random)
-{
-    return uvec2((tap.x & 0x3fffffu) | (uint(clamp(d.occlusion, 0.0, 1.0) * 1023.0 + random) << 22), pack_moment(d.moment, random));
-}
 #endif
 
 #ifdef SPECULAR
@@ -140,7 +167,6 @@ Texel pack_lobes(uvec2 surface, Lobe d, Lobe s, float random)
 }
 
 Lobe specular_lobe(Texel t) { return Lobe(unpack_occlusion(field(t.tap.y, 0, 8), field(t.tap.x, 28, 4)), field(t.tap.y, 8, 6), unpack_radius(field(t.tap.y, 18, 6)), vec3(0.0)); }
-uvec2 pack_filtered(uvec2 tap, Lobe d, Lobe s, float random) { return put_specular(tap, s.occlusion, random); }
 #endif
 
 #if defined(SPECULAR) && defined(DIFFUSE)
@@ -155,14 +181,8 @@ Texel pack_lobes(uvec2 surface, Lobe d, Lobe s, float random)
 Lobe diffuse_lobe(Texel t) { return Lobe(unpack_occlusion(field(t.tap.y, 18, 8), field(t.state, 0, 4)), field(t.tap.y, 26, 6), unpack_radius(field(t.state, 4, 6)), vec3(0.0)); }
 Lobe specular_lobe(Texel t) { return Lobe(unpack_occlusion(field(t.tap.y, 0, 8), field(t.tap.x, 28, 4)), field(t.tap.y, 8, 6), unpack_radius(field(t.state, 10, 6)), vec3(0.0)); }
 vec4 tap_diffuse(uvec2 tap) { return vec4(vec3(0.0), field(tap.y, 18, 8) / 255.0); }
-vec4 tap_filtered_diffuse(uvec2 tap) { return tap_diffuse(tap); }
 float tap_diffuse_frames(uvec2 tap) { return max(field(tap.y, 26, 6), 1.0); }
 
-uvec2 pack_filtered(uvec2 tap, Lobe d, Lobe s, float random)
-{
-    tap = put_specular(tap, s.occlusion, random);
-    return uvec2(tap.x, (tap.y & 0xfc03ffffu) | (uint(clamp(d.occlusion, 0.0, 1.0) * 255.0 + random) << 18));
-}
 #endif
 
 #endif

@@ -1,7 +1,8 @@
 /* Reads   guides, noisy hit distances, last frame's history and guides.
    Writes  accumulated occlusion, length and blur radius, with this frame's guide.
-   Finds every pixel in the previous frame, keeps what is on the same surface, and averages the new hit distance into it, unfiltered:
-   what the blurs do never returns. The radius is the harmonic mean of the hit distances around: near occluders vary over their own
+   Finds every pixel in the previous frame, keeps what is on the same surface, and averages the new hit distance into it: where occluders are
+   far, the mean of those of up to 20 pixels around, which costs next to nothing here and halves the flicker. What the blur does never
+   returns. The radius is the harmonic mean of the hit distances around: near occluders vary over their own
    distance, and it is small as soon as some rays are short. Specular history follows the surface too, but is cut where the reflection
    has moved by more than the lobe smears: a mirror, which has no noise, keeps none while it moves.
    Harmonic mean of hit distances as the filter's footprint: G. Ward and P. Heckbert, "Irradiance Gradients", EGWR 1992;
@@ -49,11 +50,18 @@ layout(binding = 9, r32ui) uniform writeonly uimage2D out_tap;
 #endif
 #include "../common/tiles.glsl"
 
-const int SPAN = 6;   /* quads of 2 x 2 pixels: the group's 4 x 4 and those around */
+const int SPAN = 6;   /* quads of 2 x 2 pixels: the group's 4 x 4 and those around, of which the ones at the corners are nobody's neighbours */
 const float CHANGED_FRAMES = 4.0;   /* what history counts for after a certain change */
 /* Motion of the reflection, in footprints of the lobe, that cuts history to a quarter. 0.12 to 0.5 tried: more trails, less flickers. */
 const float LOBE_SHIFT = 0.2;
 const float LEAST_FOOTPRINT = 0.35;   /* px; below, bilinear reconstruction smears more */
+/* Radius of the disc in px from which samples of the pixel's own quad count as its own, wholly from the second on; then those of the quads
+   around. Wider ones than 1.5 to 4 lose contact shadows, narrower flicker more. */
+const vec2 QUAD_REACH = vec2(0.7, 1.5), AROUND_REACH = vec2(3.0, 6.0);
+/* What reflections hide has finer detail: their discs count as so much smaller. 0 to 1 tried: more flickers less and softens it. */
+const float SPECULAR_SHARE = 0.25;
+/* Normals of quads count so much more than those of single pixels: 1 loses the relief of bricks. */
+const float QUAD_BEND = 3.0;
 
 /* Sums over the pixels of a quad, per lobe. Quads are told apart by their mean depth: one across an edge lies on neither side's plane. */
 #ifdef DIFFUSE
@@ -61,6 +69,10 @@ shared vec4 s_diffuse[SPAN * SPAN];   /* samples, their reciprocals, normalised 
 #endif
 #ifdef SPECULAR
 shared vec4 s_specular[SPAN * SPAN];
+#endif
+shared vec4 s_surface[SPAN * SPAN];   /* of one of its pixels: normal, kind_of() */
+#ifdef DIRECTIONAL
+shared vec3 s_moment[SPAN * SPAN];
 #endif
 #ifdef DIFFUSE
 #define QUAD_Z(i) s_diffuse[i].w
@@ -77,7 +89,7 @@ shared vec3 s_specular_changes[SPAN * SPAN];
 
 #ifdef DIRECTIONAL
 float diffuse_hit_dist(vec4 texel) { return texel.w; }
-vec4 gather_diffuse(vec2 corner) { return textureGather(in_diffuse, corner / vec2(textureSize(in_diffuse, 0)), 3); }
+vec4 gather_diffuse(vec2 corner) { return textureGather(in_diffuse, corner * g.texel_uv.xy, 3); }
 
 /* Never longer than the hit distance. */
 vec3 load_moment(ivec2 pixel, float hit_dist)
@@ -88,7 +100,7 @@ vec3 load_moment(ivec2 pixel, float hit_dist)
 #else
 #ifdef DIFFUSE
 float diffuse_hit_dist(vec4 texel) { return texel.x; }
-vec4 gather_diffuse(vec2 corner) { return textureGather(in_diffuse, corner / vec2(textureSize(in_diffuse, 0)), 0); }
+vec4 gather_diffuse(vec2 corner) { return textureGather(in_diffuse, corner * g.texel_uv.xy, 0); }
 #endif
 vec3 load_moment(ivec2 pixel, float hit_dist) { return vec3(0.0); }
 #endif
@@ -97,7 +109,7 @@ vec3 load_moment(ivec2 pixel, float hit_dist) { return vec3(0.0); }
 float load_diffuse(ivec2 pixel) { return is_traced(pixel, DIFFUSE_LOBE) ? diffuse_hit_dist(texelFetch(in_diffuse, noisy_texel(pixel, DIFFUSE_LOBE), 0)) : 0.0; }
 #endif
 #ifdef SPECULAR
-vec4 gather_specular(vec2 corner) { return textureGather(in_specular, corner / vec2(textureSize(in_specular, 0)), 0); }
+vec4 gather_specular(vec2 corner) { return textureGather(in_specular, corner * g.texel_uv.xy, 0); }
 float load_specular(ivec2 pixel) { return is_traced(pixel, SPECULAR_LOBE) ? texelFetch(in_specular, noisy_texel(pixel, SPECULAR_LOBE), 0).x : 0.0; }
 #endif
 
@@ -115,24 +127,48 @@ vec3 quad_sums(vec4 noisy, vec4 usable)
     return vec3(sum_of(sampled), dot(sampled, 1.0 / max(noisy, vec4(LEAST_RADIUS))), dot(sampled, noisy));
 }
 
-/* One quad per thread of the first 36. */
+nrd_surface decode_surface(ivec2 pixel) { return nrd_decode_normal_roughness(texelFetch(in_normal_roughness, pixel + rect_origin(), 0), SPEC_NORMAL_FORMAT, SPEC_ROUGHNESS_FORMAT); }
+
+/* Roughness, in steps of 4 apart for what material masks tell apart: no two such differ by less than 1. */
+float kind_of(nrd_surface surface) { return surface.roughness + (is_absent(NRD_ABSENT_MATERIALS) ? 0.0 : 4.0 * float(max(surface.material_id, g.min_material))); }
+
+/* Of the first 32 threads: the group's quads, then the sides. */
+ivec2 own_quad()
+{
+    int i = int(gl_LocalInvocationIndex), k = (i & 3) + 1, far = (i & 4) != 0 ? SPAN - 1 : 0;
+    return i < 16 ? ivec2(k, (i >> 2) + 1) : i < 24 ? ivec2(k, far) : ivec2(far, k);
+}
+
+/* One quad per thread of the first 32. */
 void load_quads()
 {
-    int i = int(gl_LocalInvocationIndex);
-    if (i < SPAN * SPAN) {
-        ivec2 pixel = tile * 8 + ivec2(i % SPAN, i / SPAN) * 2 - 2;
+    if (gl_LocalInvocationIndex < 32u) {
+        ivec2 quad = own_quad(), pixel = tile * 8 + quad * 2 - 2;
+        int i = quad.y * SPAN + quad.x;
         vec2 corner = vec2(pixel + 1);   /* where the four meet */
-        vec4 z = textureGather(in_view_z, (corner + vec2(rect_origin())) / vec2(textureSize(in_view_z, 0)), 0) * g.view_z_scale;
+        vec4 z = textureGather(in_view_z, (corner + vec2(rect_origin())) * g.texel_uv.xy, 0) * g.view_z_scale;
         ivec4 x = pixel.x + ivec4(0, 1, 1, 0), y = pixel.y + ivec4(1, 1, 0, 0);   /* the order of textureGather() */
         vec4 usable;
         for (int k = 0; k < 4; k++) usable[k] = in_rect(ivec2(x[k], y[k])) && !is_sky(z[k]) ? 1.0 : 0.0;
         float number = sum_of(usable);
+        if (number > 0.0) {
+            int k = usable[0] > 0.0 ? 0 : usable[1] > 0.0 ? 1 : usable[2] > 0.0 ? 2 : 3;
+            nrd_surface surface = decode_surface(ivec2(x[k], y[k]));
+            s_surface[i] = vec4(surface.normal, kind_of(surface));
+        }
         float mean_z = number > 0.0 ? sum_of(mix(vec4(0.0), abs(z), greaterThan(usable, vec4(0.0)))) / number : 0.0;
 #ifdef DIFFUSE
         vec4 diffuse = vec4(0.0);
         if (!is_checkerboarded(DIFFUSE_LOBE)) diffuse = gather_diffuse(corner);
         else for (int k = 0; k < 4; k++) diffuse[k] = load_diffuse(ivec2(x[k], y[k]));
         s_diffuse[i] = vec4(quad_sums(diffuse, usable), mean_z);
+#ifdef DIRECTIONAL
+        s_moment[i] = vec3(0.0);
+        for (int k = 0; k < 4; k++) {
+            float hit_dist = usable[k] * nrd_sanitize_norm_hit_dist(diffuse[k]);
+            if (hit_dist > 0.0) s_moment[i] += load_moment(ivec2(x[k], y[k]), hit_dist);
+        }
+#endif
 #endif
 #ifdef SPECULAR
         vec4 specular = vec4(0.0);
@@ -150,11 +186,12 @@ vec4 footprint(Reprojection r, ivec2 base, vec2 f, uvec2 taps[4], nrd_surface su
     Plane plane = make_plane(mat3(g.world_to_view_prev) * surface.normal, r.position, (vec2(base) + 0.5) * g.px_uv.zw + jitter_prev_uv(), g.px_uv.zw, g.frustum_prev,
                              g.orthographic_prev, 1.0 / r.tolerance, g.denoising_range_prev);
     vec4 w = vec4((1.0 - f.x) * (1.0 - f.y), f.x * (1.0 - f.y), (1.0 - f.x) * f.y, f.x * f.y);
+    uvec2 own = pack_surface(1.0, surface);
     for (int i = 0; i < 4; i++) {
         ivec2 offset = ivec2(i & 1, i >> 1);
         bool inside = all(lessThan(uvec2(base + offset), uvec2(g.rect_width_prev, g.rect_height_prev)));
         bool on_plane = abs(plane_distance(plane, vec2(offset), tap_relative_depth(taps[i]))) < 1.0;
-        bool same = same_material(tap_material(taps[i]), surface.material_id) && tap_bend(taps[i], surface.normal) < WIDEST_BEND;
+        bool same = same_material(tap_material(taps[i]), surface.material_id) && (is_alike(taps[i], own) || tap_bend(taps[i], surface.normal) < WIDEST_BEND);
         if (!inside || !on_plane || tap_is_sky(taps[i]) || !same) w[i] = 0.0;
     }
     return w;
@@ -174,7 +211,8 @@ void add_lobe(inout Lobe sum, Lobe lobe, float w)
     sum.moment += w * lobe.moment;
 }
 
-History no_history() { return History(Lobe(0.0, 0.0, 0.0, vec3(0.0)), Lobe(0.0, 0.0, 0.0, vec3(0.0)), 0.0); }
+Lobe no_lobe() { return Lobe(0.0, 0.0, 0.0, vec3(0.0)); }
+History no_history() { return History(no_lobe(), no_lobe(), 0.0); }
 
 History fetch_history(Reprojection r, nrd_surface surface)
 {
@@ -253,12 +291,30 @@ History find_history(ivec2 pixel, float signed_z, nrd_surface surface, float spe
     return h;
 }
 
-/* Sums over a lobe's samples on the same plane. */
+/* Sums over a lobe's samples on the same surface. */
 struct Sums {
-    vec3 samples;   /* number, reciprocal, normalised hit distance */
-    vec3 changes;   /* number, sample minus history, variance */
+    vec3 samples;    /* number, reciprocal, normalised hit distance */
+    vec3 own;        /* the same, of the pixel's own quad alone */
+    vec3 changes;    /* number, sample minus history, variance */
+    vec3 moment, own_moment;
 };
 struct Around { Sums diffuse, specular; };
+
+/* Of the pixel alone: so that there is one. */
+Sums start_sums(float noisy, vec3 moment)
+{
+    vec3 own = noisy > 0.0 ? vec3(1.0, 1.0 / max(noisy, LEAST_RADIUS), noisy) : vec3(0.0);
+    return Sums(own, own, vec3(0.0), moment, moment);
+}
+
+void add_quad(inout Sums s, vec3 samples, vec3 changes, vec3 moment, float w, bool own)
+{
+    s.samples += w * samples;
+    s.changes += w * changes;
+    s.moment += w * moment;
+    if (own) s.own = s.samples;
+    if (own) s.own_moment = s.moment;
+}
 
 vec3 change_in_quad(int first, int lobe)
 {
@@ -273,13 +329,12 @@ vec3 change_in_quad(int first, int lobe)
 
 void sum_changes(vec2 diffuse, vec2 specular)
 {
-    int i = int(gl_LocalInvocationIndex);
-    s_changes[i] = vec4(diffuse, specular);
+    s_changes[gl_LocalInvocationIndex] = vec4(diffuse, specular);
     barrier();
-    if (i < SPAN * SPAN) {
-        ivec2 in_group = ivec2(i % SPAN, i / SPAN) - 1;
-        bool inside = all(lessThan(uvec2(in_group), uvec2(4u)));
-        int first = inside ? in_group.y * 16 + in_group.x * 2 : 0;
+    if (gl_LocalInvocationIndex < 32u) {
+        ivec2 quad = own_quad();
+        bool inside = gl_LocalInvocationIndex < 16u;
+        int i = quad.y * SPAN + quad.x, first = inside ? (quad.y - 1) * 16 + (quad.x - 1) * 2 : 0;
 #ifdef DIFFUSE
         s_diffuse_changes[i] = inside ? change_in_quad(first, 0) : vec3(0.0);
 #endif
@@ -290,29 +345,33 @@ void sum_changes(vec2 diffuse, vec2 specular)
     barrier();
 }
 
-/* Over the 6 x 6 pixels of the quads around; changes: those in the group. noisy: the pixel's own, so that there is one. */
-Around look_around(ivec2 pixel, float z, vec3 normal, vec2 noisy)
+/* Over the 20 pixels of the quads beside and of the own one; changes: those in the group. noisy: the pixel's own. With the quads at the corners,
+   too, the error is the same, the flicker a tenth less. */
+Around look_around(ivec2 pixel, vec3 position, nrd_surface surface, vec2 noisy, vec3 moment)
 {
-    vec2 uv = ray_uv(pixel);
     ivec2 quad = ivec2(gl_LocalInvocationID.xy) >> 1;
-    Plane plane = make_plane(normal * mat3(g.view_to_world), view_position(uv, z, g.frustum, g.orthographic), uv, g.px_uv.xy, g.frustum,
-                             g.orthographic, 1.0 / plane_tolerance(g.plane_distance_sensitivity, z), 1.0);
+    Plane plane = make_plane(surface.normal * mat3(g.view_to_world), position, ray_uv(pixel), g.px_uv.xy, g.frustum, g.orthographic,
+                             1.0 / plane_tolerance(g.plane_distance_sensitivity, position.z), 1.0);
     vec2 center = 0.5 - vec2(pixel & 1);   /* of its quad */
-    vec2 reciprocal = mix(1.0 / max(noisy, vec2(LEAST_RADIUS)), vec2(0.0), equal(noisy, vec2(0.0)));
-    vec3 none = vec3(0.0);
-    Around a = Around(Sums(vec3(noisy.x > 0.0 ? 1.0 : 0.0, reciprocal.x, noisy.x), none), Sums(vec3(noisy.y > 0.0 ? 1.0 : 0.0, reciprocal.y, noisy.y), none));
-    UNROLL for (int i = 0; i < 9; i++) {
-        ivec2 offset = ivec2(i % 3, i / 3) - 1;
+    float kind = kind_of(surface), diffuse_scale = QUAD_BEND * diffuse_bend_scale(), specular_scale = QUAD_BEND * specular_bend_scale(surface.roughness);
+    Around a = Around(start_sums(noisy.x, moment), start_sums(noisy.y, vec3(0.0)));
+    const ivec2 offsets[5] = ivec2[5](ivec2(0), ivec2(1, 0), ivec2(0, 1), ivec2(-1, 0), ivec2(0, -1));
+    UNROLL for (int k = 0; k < 5; k++) {
+        ivec2 offset = offsets[k];
         int at = (quad.y + offset.y + 1) * SPAN + quad.x + offset.x + 1;
-        float quad_z = QUAD_Z(at);
-        float same = quad_z != 0.0 && abs(plane_distance(plane, center + vec2(offset) * 2.0, quad_z)) < 1.0 ? 1.0 : 0.0;
+        float quad_z = QUAD_Z(at), bend = 1.0 - dot(surface.normal, s_surface[at].xyz);
+        bool same = quad_z != 0.0 && abs(plane_distance(plane, center + vec2(offset) * 2.0, quad_z)) < 1.0 && abs(s_surface[at].w - kind) <= 1.0;
 #ifdef DIFFUSE
-        a.diffuse.samples += same * s_diffuse[at].xyz;
-        a.diffuse.changes += same * s_diffuse_changes[at];
+#ifdef DIRECTIONAL
+        vec3 quad_moment = s_moment[at];
+#else
+        vec3 quad_moment = vec3(0.0);
+#endif
+        add_quad(a.diffuse, s_diffuse[at].xyz, s_diffuse_changes[at], quad_moment, same ? exp2(diffuse_scale * bend) : 0.0, k == 0);
 #endif
 #ifdef SPECULAR
-        a.specular.samples += same * s_specular[at].xyz;
-        a.specular.changes += same * s_specular_changes[at];
+        float w = same ? exp2(specular_scale * bend) * roughness_weight(s_surface[at].w - kind + surface.roughness, surface.roughness) : 0.0;
+        add_quad(a.specular, s_specular[at].xyz, s_specular_changes[at], vec3(0.0), w, k == 0);
 #endif
     }
     return a;
@@ -333,23 +392,38 @@ Lobe follow(Lobe h, Sums around)
     if (h.frames <= CHANGED_FRAMES) return h;
     h.occlusion = clamp(h.occlusion + certainty * difference, 0.0, 1.0);
     h.frames = mix(h.frames, CHANGED_FRAMES, certainty);
-    h.radius = mix(h.radius, around.samples.x / max(around.samples.y, 1.0), certainty);
+    h.radius = mix(h.radius, around.samples.x / max(around.samples.y, 1e-3), certainty);
     return h;
 }
 
-/* A pixel that was not sampled keeps what it knows, or takes its neighbours' mean, or is open where nobody knows. sums: of look_around(). */
-Lobe accumulate(Lobe h, float noisy, vec3 moment, Sums sums)
+Lobe update_radius(Lobe h, vec3 around)
 {
-    vec3 around = sums.samples;
-    h = follow(h, sums);
-    float alpha = 1.0 / (1.0 + h.frames);
+    if (around.x > 0.0) h.radius = mix(h.radius, around.x / around.y, 1.0 / (1.0 + h.frames));
+    else if (!(h.frames > 0.0)) h.radius = 1.0;
+    return h;
+}
+
+float share(float reach, vec2 range) { return clamp((reach - range.x) / (range.y - range.x), 0.0, 1.0); }
+
+/* A pixel that was not sampled keeps what it knows, or takes its neighbours' mean, or is open where nobody knows. sums: of look_around();
+   reach: radius of the disc, px. */
+Lobe accumulate(Lobe h, float noisy, vec3 moment, Sums sums, float reach)
+{
+    float alpha = 1.0 / (1.0 + h.frames), of_quad = share(reach, QUAD_REACH), of_around = share(reach, AROUND_REACH);
     bool sampled = noisy > 0.0, fresh = !(h.frames > 0.0);
-    h.radius = around.x > 0.0 ? mix(h.radius, around.x / around.y, alpha) : fresh ? 1.0 : h.radius;
-    if (sampled) h.moment = mix(h.moment, moment, alpha);
-    if (sampled) h.occlusion = mix(h.occlusion, noisy, alpha);
-    else if (fresh) h.occlusion = around.x > 0.0 ? around.z / around.x : 1.0;
+    vec3 mean = mix(sums.own, sums.samples, of_around), mean_moment = mix(sums.own_moment, sums.moment, of_around);
+    if (sampled) h.moment = mix(h.moment, mix(moment, mean_moment / mean.x, of_quad), alpha);
+    if (sampled) h.occlusion = mix(h.occlusion, mix(noisy, mean.z / mean.x, of_quad), alpha);
+    else if (fresh) h.occlusion = sums.samples.x > 0.0 ? sums.samples.z / sums.samples.x : 1.0;
     if (sampled || fresh) h.frames = min(h.frames + 1.0, 63.0);
     return h;
+}
+
+/* Px per unit in the surface, where it is foreshortened most. */
+float px_per_unit(vec3 position, vec3 normal)
+{
+    vec3 ray = normalize(mix(position, vec3(0.0, 0.0, 1.0), g.orthographic));
+    return abs(dot(normal * mat3(g.view_to_world), ray)) / pixel_size(position.z);
 }
 
 void process(ivec2 pixel)
@@ -370,7 +444,7 @@ void process(ivec2 pixel)
 #ifdef SPECULAR
         noisy.y = nrd_sanitize_norm_hit_dist(load_specular(pixel));
 #endif
-        surface = nrd_decode_normal_roughness(texelFetch(in_normal_roughness, pixel + rect_origin(), 0), SPEC_NORMAL_FORMAT, SPEC_ROUGHNESS_FORMAT);
+        surface = decode_surface(pixel);
         h = find_history(pixel, signed_z, surface, noisy.y);
     }
     sum_changes(change_of(h.diffuse, noisy.x), change_of(h.specular, noisy.y));
@@ -378,8 +452,18 @@ void process(ivec2 pixel)
         if (in_rect(pixel)) imageStore(out_tap, pixel, uvec4(TAP_SKY, 0u, 0u, 0u));
         return;
     }
-    Around around = look_around(pixel, z, surface.normal, noisy);
-    Lobe d = accumulate(h.diffuse, noisy.x, load_moment(pixel, noisy.x), around.diffuse), s = accumulate(h.specular, noisy.y, vec3(0.0), around.specular);
+    vec3 moment = load_moment(pixel, noisy.x), position = view_position(ray_uv(pixel), z, g.frustum, g.orthographic);
+    Around around = look_around(pixel, position, surface, noisy, moment);
+    float scale = px_per_unit(position, surface.normal);
+    Lobe d = no_lobe(), s = no_lobe();
+#ifdef DIFFUSE
+    d = update_radius(follow(h.diffuse, around.diffuse), around.diffuse.samples);
+    d = accumulate(d, noisy.x, moment, around.diffuse, min(diffuse_reach(d.radius, z) * scale, g.max_blur_radius));
+#endif
+#ifdef SPECULAR
+    s = update_radius(follow(h.specular, around.specular), around.specular.samples);
+    s = accumulate(s, noisy.y, vec3(0.0), around.specular, SPECULAR_SHARE * min(specular_reach(s.radius, position, surface.roughness, 0.0) * scale, g.max_blur_radius));
+#endif
     float random = (float(hash(uint(pixel.x), uint(pixel.y), g.frame_index) >> 24) + 0.5) / 256.0;
     Texel texel = pack_lobes(pack_surface(z, surface), d, s, random);
     imageStore(out_tap, pixel, uvec4(texel.tap, 0u, 0u));
