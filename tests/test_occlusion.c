@@ -592,14 +592,17 @@ static double deviation_with(kind of, const nrd_occlusion_settings *settings, do
     return deviation;
 }
 
+/* Where occluders are so far that max_blur_radius is what limits the disc. */
 static void longer_history_and_wider_blur_are_less_noisy(void **state)
 {
     nrd_occlusion_settings s = nrd_occlusion_defaults();
     kind of = *(const kind *)*state;
+    float frames = s.max_accumulated_frames;
+    s.hit_distance_a = 30;
     double plain = deviation_with(of, &s, 1);
     s.max_accumulated_frames = 2;
     double brief = deviation_with(of, &s, 1);
-    s = nrd_occlusion_defaults();
+    s.max_accumulated_frames = frames;
     s.max_blur_radius = 0;
     double raw = deviation_with(of, &s, 1);
     s.max_blur_radius = 2;

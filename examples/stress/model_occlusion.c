@@ -63,12 +63,14 @@ static void add_quad(model_rounding r, around_sums *s, double (*in)[MODEL_PIXELS
     }
 }
 
-static around_sums look_around(model_rounding r, double (*in)[MODEL_PIXELS], int components, int i)
+/* Beside a specular lobe the quads at the corners count, too. */
+static around_sums look_around(const occlusion_model *m, model_rounding r, double (*in)[MODEL_PIXELS], int i)
 {
-    static const int quads[5][2] = { { 0, 0 }, { 2, 0 }, { 0, 2 }, { -2, 0 }, { 0, -2 } };
+    static const int quads[9][2] = { { 0, 0 }, { 2, 0 }, { 0, 2 }, { -2, 0 }, { 0, -2 }, { 2, 2 }, { -2, 2 }, { -2, -2 }, { 2, -2 } };
+    int components = m->components, count = m->lobes[m->lobe_count - 1].specular ? 9 : 5;
     around_sums s = { .number = 1, .reciprocals = 1 / fmax(in[0][i], LEAST_RADIUS) };
     for (int c = 0; c < components; c++) s.all[c] = in[c][i];
-    for (int q = 0; q < 5; q++) {
+    for (int q = 0; q < count; q++) {
         add_quad(r, &s, in, components, i % MODEL_SIZE / 2 * 2 + quads[q][0], i / MODEL_SIZE / 2 * 2 + quads[q][1]);
         if (q > 0) continue;
         memcpy(s.own, s.all, sizeof s.own);
@@ -94,7 +96,7 @@ static void accumulate(const occlusion_model *m, occlusion_lobe *l, double (*in)
     double before = fmin(m->frames, m->settings.max_accumulated_frames), alpha = reg(r, 1 / (1 + before)), rest = reg(r, 1 - alpha);
     for (int i = 0; i < MODEL_PIXELS; i++) {
         double random = random_of(i, frame_index);
-        around_sums around = look_around(r, in, m->components, i);
+        around_sums around = look_around(m, r, in, i);
         double radius = reg(r, l->radius[i] * rest + reg(r, around.number / around.reciprocals) * alpha);
         double px = MODEL_DEPTH / model_camera_distance(i) / MODEL_PIXEL_UNITS, reach = reg(r, fmin(reach_of(m, l, radius, 0, i) * px, m->settings.max_blur_radius) * (l->specular ? 0.25 : 1));
         for (int k = 0; k < m->components; k++)

@@ -1,7 +1,7 @@
 /* Reads   guides, noisy hit distances, last frame's history and guides.
    Writes  accumulated occlusion, length and blur radius, with this frame's guide.
    Finds every pixel in the previous frame, keeps what is on the same surface, and averages the new hit distance into it: where occluders are
-   far, the mean of those of up to 20 pixels around, which costs next to nothing here and halves the flicker. What the blur does never
+   far, the mean of those of 20 to 36 pixels around, which costs next to nothing here and halves the flicker. What the blur does never
    returns. The radius is the harmonic mean of the hit distances around: near occluders vary over their own
    distance, and it is small as soon as some rays are short. Specular history follows the surface too, but is cut where the reflection
    has moved by more than the lobe smears: a mirror, which has no noise, keeps none while it moves.
@@ -50,7 +50,10 @@ layout(binding = 9, r32ui) uniform writeonly uimage2D out_tap;
 #endif
 #include "../common/tiles.glsl"
 
-const int SPAN = 6;   /* quads of 2 x 2 pixels: the group's 4 x 4 and those around, of which the ones at the corners are nobody's neighbours */
+const int SPAN = 6;   /* quads of 2 x 2 pixels: the group's 4 x 4 and those around */
+/* What a pixel takes of them: its own one and those beside; for changes of reflections, which vary more, also those at its corners: with fewer, light that
+   flickers is off by 8 %. Without them the four quads at the corners of all are nobody's neighbours. */
+const int QUADS_AROUND = HAS_SPECULAR == 1 ? 9 : 5, QUADS_LOADED = HAS_SPECULAR == 1 ? 36 : 32;
 const float CHANGED_FRAMES = 4.0;   /* what history counts for after a certain change */
 /* Motion of the reflection, in footprints of the lobe, that cuts history to a quarter. 0.12 to 0.5 tried: more trails, less flickers. */
 const float LOBE_SHIFT = 0.2;
@@ -132,17 +135,18 @@ nrd_surface decode_surface(ivec2 pixel) { return nrd_decode_normal_roughness(tex
 /* Roughness, in steps of 4 apart for what material masks tell apart: no two such differ by less than 1. */
 float kind_of(nrd_surface surface) { return surface.roughness + (is_absent(NRD_ABSENT_MATERIALS) ? 0.0 : 4.0 * float(max(surface.material_id, g.min_material))); }
 
-/* Of the first 32 threads: the group's quads, then the sides. */
+/* Of the first threads: the group's quads, then the sides, then the corners. */
 ivec2 own_quad()
 {
     int i = int(gl_LocalInvocationIndex), k = (i & 3) + 1, far = (i & 4) != 0 ? SPAN - 1 : 0;
+    if (i >= 32) return ivec2(i & 1, (i >> 1) & 1) * (SPAN - 1);
     return i < 16 ? ivec2(k, (i >> 2) + 1) : i < 24 ? ivec2(k, far) : ivec2(far, k);
 }
 
-/* One quad per thread of the first 32. */
+/* One quad per thread of the first. */
 void load_quads()
 {
-    if (gl_LocalInvocationIndex < 32u) {
+    if (gl_LocalInvocationIndex < uint(QUADS_LOADED)) {
         ivec2 quad = own_quad(), pixel = tile * 8 + quad * 2 - 2;
         int i = quad.y * SPAN + quad.x;
         vec2 corner = vec2(pixel + 1);   /* where the four meet */
@@ -331,7 +335,7 @@ void sum_changes(vec2 diffuse, vec2 specular)
 {
     s_changes[gl_LocalInvocationIndex] = vec4(diffuse, specular);
     barrier();
-    if (gl_LocalInvocationIndex < 32u) {
+    if (gl_LocalInvocationIndex < uint(QUADS_LOADED)) {
         ivec2 quad = own_quad();
         bool inside = gl_LocalInvocationIndex < 16u;
         int i = quad.y * SPAN + quad.x, first = inside ? (quad.y - 1) * 16 + (quad.x - 1) * 2 : 0;
@@ -345,8 +349,7 @@ void sum_changes(vec2 diffuse, vec2 specular)
     barrier();
 }
 
-/* Over the 20 pixels of the quads beside and of the own one; changes: those in the group. noisy: the pixel's own. With the quads at the corners,
-   too, the error is the same, the flicker a tenth less. */
+/* Over the pixels of the quads around; changes: those in the group. noisy: the pixel's own. */
 Around look_around(ivec2 pixel, vec3 position, nrd_surface surface, vec2 noisy, vec3 moment)
 {
     ivec2 quad = ivec2(gl_LocalInvocationID.xy) >> 1;
@@ -355,8 +358,8 @@ Around look_around(ivec2 pixel, vec3 position, nrd_surface surface, vec2 noisy, 
     vec2 center = 0.5 - vec2(pixel & 1);   /* of its quad */
     float kind = kind_of(surface), diffuse_scale = QUAD_BEND * diffuse_bend_scale(), specular_scale = QUAD_BEND * specular_bend_scale(surface.roughness);
     Around a = Around(start_sums(noisy.x, moment), start_sums(noisy.y, vec3(0.0)));
-    const ivec2 offsets[5] = ivec2[5](ivec2(0), ivec2(1, 0), ivec2(0, 1), ivec2(-1, 0), ivec2(0, -1));
-    UNROLL for (int k = 0; k < 5; k++) {
+    const ivec2 offsets[9] = ivec2[9](ivec2(0), ivec2(1, 0), ivec2(0, 1), ivec2(-1, 0), ivec2(0, -1), ivec2(1, 1), ivec2(-1, 1), ivec2(-1, -1), ivec2(1, -1));
+    UNROLL for (int k = 0; k < QUADS_AROUND; k++) {
         ivec2 offset = offsets[k];
         int at = (quad.y + offset.y + 1) * SPAN + quad.x + offset.x + 1;
         float quad_z = QUAD_Z(at), bend = 1.0 - dot(surface.normal, s_surface[at].xyz);
