@@ -109,7 +109,8 @@ float tap_bend(uvec2 tap, vec3 normal)
     return max(1.0 - dot(normal, direction) * inversesqrt(dot(direction, direction)), 0.0);
 }
 
-/* Whether normal and material are stored as the same bits. */
+/* Whether the normal, or that and the material, are stored as the same bits. */
+bool is_parallel(uvec2 a, uvec2 b) { return ((a.x ^ b.x) & (((1u << (2u * OCT_BITS)) - 1u) << 12)) == 0u; }
 bool is_alike(uvec2 a, uvec2 b) { return ((a.x ^ b.x) & (((4u << (2u * OCT_BITS)) - 1u) << 12)) == 0u; }
 
 /* ---- its lobes ---- */

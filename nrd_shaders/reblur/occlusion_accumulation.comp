@@ -132,8 +132,12 @@ vec3 quad_sums(vec4 noisy, vec4 usable)
 
 nrd_surface decode_surface(ivec2 pixel) { return nrd_decode_normal_roughness(texelFetch(in_normal_roughness, pixel + rect_origin(), 0), SPEC_NORMAL_FORMAT, SPEC_ROUGHNESS_FORMAT); }
 
-/* Roughness, in steps of 4 apart for what material masks tell apart: no two such differ by less than 1. */
-float kind_of(nrd_surface surface) { return surface.roughness + (is_absent(NRD_ABSENT_MATERIALS) ? 0.0 : 4.0 * float(max(surface.material_id, g.min_material))); }
+/* Roughness + 1, and in its two last bits the material as masks tell materials apart. */
+uint kind_of(nrd_surface surface)
+{
+    uint material = is_absent(NRD_ABSENT_MATERIALS) ? 0u : max(surface.material_id, g.min_material) & 3u;
+    return (floatBitsToUint(surface.roughness + 1.0) & ~3u) | material;
+}
 
 /* Of the first threads: the group's quads, then the sides, then the corners. */
 ivec2 own_quad()
@@ -158,7 +162,7 @@ void load_quads()
         if (number > 0.0) {
             int k = usable[0] > 0.0 ? 0 : usable[1] > 0.0 ? 1 : usable[2] > 0.0 ? 2 : 3;
             nrd_surface surface = decode_surface(ivec2(x[k], y[k]));
-            s_surface[i] = vec4(surface.normal, kind_of(surface));
+            s_surface[i] = vec4(surface.normal, uintBitsToFloat(kind_of(surface)));
         }
         float mean_z = number > 0.0 ? sum_of(mix(vec4(0.0), abs(z), greaterThan(usable, vec4(0.0)))) / number : 0.0;
 #ifdef DIFFUSE
@@ -356,14 +360,16 @@ Around look_around(ivec2 pixel, vec3 position, nrd_surface surface, vec2 noisy, 
     Plane plane = make_plane(surface.normal * mat3(g.view_to_world), position, ray_uv(pixel), g.px_uv.xy, g.frustum, g.orthographic,
                              1.0 / plane_tolerance(g.plane_distance_sensitivity, position.z), 1.0);
     vec2 center = 0.5 - vec2(pixel & 1);   /* of its quad */
-    float kind = kind_of(surface), diffuse_scale = QUAD_BEND * diffuse_bend_scale(), specular_scale = QUAD_BEND * specular_bend_scale(surface.roughness);
+    uint kind = kind_of(surface);
+    float diffuse_scale = QUAD_BEND * diffuse_bend_scale(), specular_scale = QUAD_BEND * specular_bend_scale(surface.roughness);
     Around a = Around(start_sums(noisy.x, moment), start_sums(noisy.y, vec3(0.0)));
     const ivec2 offsets[9] = ivec2[9](ivec2(0), ivec2(1, 0), ivec2(0, 1), ivec2(-1, 0), ivec2(0, -1), ivec2(1, 1), ivec2(-1, 1), ivec2(-1, -1), ivec2(1, -1));
     UNROLL for (int k = 0; k < QUADS_AROUND; k++) {
         ivec2 offset = offsets[k];
         int at = (quad.y + offset.y + 1) * SPAN + quad.x + offset.x + 1;
+        uint quad_kind = floatBitsToUint(s_surface[at].w);
         float quad_z = QUAD_Z(at), bend = 1.0 - dot(surface.normal, s_surface[at].xyz);
-        bool same = quad_z != 0.0 && abs(plane_distance(plane, center + vec2(offset) * 2.0, quad_z)) < 1.0 && abs(s_surface[at].w - kind) <= 1.0;
+        bool same = quad_z != 0.0 && abs(plane_distance(plane, center + vec2(offset) * 2.0, quad_z)) < 1.0 && ((quad_kind ^ kind) & 3u) == 0u;
 #ifdef DIFFUSE
 #ifdef DIRECTIONAL
         vec3 quad_moment = s_moment[at];
@@ -373,7 +379,7 @@ Around look_around(ivec2 pixel, vec3 position, nrd_surface surface, vec2 noisy, 
         add_quad(a.diffuse, s_diffuse[at].xyz, s_diffuse_changes[at], quad_moment, same ? exp2(diffuse_scale * bend) : 0.0, k == 0);
 #endif
 #ifdef SPECULAR
-        float w = same ? exp2(specular_scale * bend) * roughness_weight(s_surface[at].w - kind + surface.roughness, surface.roughness) : 0.0;
+        float w = same ? exp2(specular_scale * bend) * roughness_weight(uintBitsToFloat(quad_kind & ~3u) - 1.0, surface.roughness) : 0.0;
         add_quad(a.specular, s_specular[at].xyz, s_specular_changes[at], vec3(0.0), w, k == 0);
 #endif
     }

@@ -33,6 +33,7 @@ const float FRESH_RADIUS = 5.7;
 /* Least that a tap weighs by its normal before there is history, none after FRESH_FRAMES: one-pixel relief that nothing else is like would
    stay speckled. 0.01 to 0.15 tried: more smears relief, less leaves bright dots in it. */
 const float FRESH_WEIGHT = 0.1, FRESH_FRAMES = 4.0;
+const float FRESH_BEND = 0.75;   /* 75 degrees: where blades and leaves lie side by side, any bend made their error seven times as large */
 const float CURVATURE = 0.1;      /* distance off the plane, over the tap's own, that is still the same surface */
 /* 8 tried: error and flicker a tenth less, 13 us more on an H200 at 2560x1440. */
 const int TAPS = 6, TAPS_OF_PERFORMANCE = 4;
@@ -79,7 +80,7 @@ Center make_center(ivec2 pixel, Texel texel)
     return c;
 }
 
-float bend_weight(float bend, float normal_scale) { return bend < WIDEST_BEND ? exp2(normal_scale * bend) : 0.0; }
+float bend_weight(float bend, float normal_scale, float least) { return max(bend < WIDEST_BEND ? exp2(normal_scale * bend) : 0.0, bend < FRESH_BEND ? least : 0.0); }
 
 /* Weight of a tap, without its history; 0: not the same surface. Most taps have the same stored normal and material, and decoding normals would be
    a fifth of the pass. */
@@ -87,8 +88,10 @@ float surface_weight(Center c, vec2 offset, bool inside, uvec2 tap, float radius
 {
     float distance = abs(plane_distance(c.plane, offset, tap_relative_depth(tap))), weight = 1.0;
     bool same = inside && !tap_is_sky(tap) && distance < c.tolerance + CURVATURE * radius * length(DISC[i]);
-    if (!is_alike(tap, c.texel.tap))
-        weight = same_material(tap_material(tap), tap_material(c.texel.tap)) ? max(bend_weight(tap_bend(tap, c.surface.normal), normal_scale), c.least) : 0.0;
+    if (!is_alike(tap, c.texel.tap)) {
+        if (!is_parallel(tap, c.texel.tap)) weight = bend_weight(tap_bend(tap, c.surface.normal), normal_scale, c.least);
+        if (!same_material(tap_material(tap), tap_material(c.texel.tap))) weight = 0.0;
+    }
     return same ? weight : 0.0;
 }
 
