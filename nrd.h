@@ -1355,8 +1355,9 @@ const char *nrd_preset_name(nrd_preset preset)
 
 /* Where presets depart from the defaults; a row concerns every denoiser with this settings struct. Times and errors in those of BALANCED, on an
    H200 at 1920x1080 and on the scenes `interior` and `moving` (nrd-report --variant), of radiance and of occlusion:
-   FASTEST  no spatial filter: 0.46 to 0.63, error 3.9 to 4.2 (independent captures: 2.3 to 160); 0.47 to 0.59, error 2.2 to 4.1
-   FAST     fewest filter steps: 0.64 to 0.75, error 1.15 to 1.2 (captures: 1.1 to 4.2, worst in rare light); 0.70 to 0.74, error 1.1 to 1.4
+   FASTEST  no spatial filter: 0.46 to 0.63, error 3.9 to 4.2 (independent captures: 2.3 to 160); 0.75 to 0.85, error 1.9 to 3.3
+   FAST     fewest filter steps: 0.64 to 0.75, error 1.15 to 1.2 (captures: 1.1 to 4.2, worst in rare light); of occlusion 4 neighbours instead of
+            6: 0.92 to 0.95, error 1.05 to 1.07
    On the front of radiance too, but close to BALANCED: performance_mode 1, 0.94, error 1.05 to 1.09. Not on it: no search for changes of
    lighting, 0.94, error 2.3 to 13.
    Nothing that takes more time is better, so GOOD and BEST are BALANCED: pre-pass of 10 px 1.3, error 1.05 to 1.13; max_blur_radius 20 error
