@@ -5,6 +5,18 @@
 #extension GL_EXT_control_flow_attributes : require   /* of the compiler alone: a hint */
 #define UNROLL [[unroll]]
 
+/* Signals that a module is built for (modules.txt), for binding numbers: what is common comes first, then the diffuse one's, then the specular one's. */
+#ifdef DIFFUSE
+#define HAS_DIFFUSE 1
+#else
+#define HAS_DIFFUSE 0
+#endif
+#ifdef SPECULAR
+#define HAS_SPECULAR 1
+#else
+#define HAS_SPECULAR 0
+#endif
+
 #include "nrd_shared.glsl"
 #include "../nrd.glsl"
 

@@ -15,16 +15,6 @@
 #ifndef OCCLUSION_GLSL
 #define OCCLUSION_GLSL
 
-#ifdef DIFFUSE
-#define HAS_DIFFUSE 1
-#else
-#define HAS_DIFFUSE 0
-#endif
-#ifdef SPECULAR
-#define HAS_SPECULAR 1
-#else
-#define HAS_SPECULAR 0
-#endif
 
 const uint TAP_SKY = 0xfffu;
 const float TAP_DEPTH_ERROR = 2.0e-3;   /* of the depth */

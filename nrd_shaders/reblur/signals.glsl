@@ -13,18 +13,6 @@ const int SPECULAR_SIGNAL = SIGNALS - 1;
 const int SPECULAR_SIGNAL = -1;
 #endif
 
-/* For binding numbers: what is common to the signals comes first, then the bindings of the diffuse signal, then those of the specular. */
-#ifdef DIFFUSE
-#define HAS_DIFFUSE 1
-#else
-#define HAS_DIFFUSE 0
-#endif
-#ifdef SPECULAR
-#define HAS_SPECULAR 1
-#else
-#define HAS_SPECULAR 0
-#endif
-
 /* Code for the textures of one signal. */
 #if defined(DIFFUSE) && defined(SPECULAR)
 #define OF_SIGNAL(s, diffuse, specular) if (s == SPECULAR_SIGNAL) { specular; } else { diffuse; }
