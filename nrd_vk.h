@@ -41,8 +41,9 @@
    vkCmdDispatch or vkCmdDispatchIndirect; in the first recording, and the first after a resize, vkCmdClearColorImage; with NRD_FEATURE_CHECK
    vkCmdCopyImageToBuffer into memory of its own; with NRD_VK_TIMESTAMPS vkCmdResetQueryPool and vkCmdWriteTimestamp on a pool of its own;
    with NRD_VK_DEBUG_NAMES labels that it closes again. It leaves changed: the compute pipeline, descriptor sets of the compute bind point,
-   push constants, and the layouts of the images in the list. State of graphics and ray tracing stays. Ownership between queue families is not transferred: images that are not shared belong to the family of the
-   command buffer before and after.
+   push constants, and the layouts of the images in the list. State of graphics and ray tracing stays.
+   Ownership between queue families is not transferred: images that are not shared belong to the family of the command buffer before and
+   after.
 
    MEMORY
    Host: one block, taken in nrd_vk_create, and a small one for each resize. Device: three blocks (history, scratch of one frame,

@@ -69,10 +69,8 @@ publish() {
         END { for (device in now) printf "%s", now[device] }' "$@" "$known" > "$work/known"
     cat "$work/known" > "$known"
     table > "$work/table"
-    awk -v with="$work/table" '
-        /<!-- needs end/ { skip = 0 } !skip { print }
-        /<!-- needs begin/ { while ((getline line < with) > 0) print line; skip = 1 }' README.md > "$work/new"
-    cat "$work/new" > README.md
+    . examples/report/marks.sh
+    replace README.md "<!-- needs" "$work/table"
 }
 
 case ${1:-} in

@@ -74,16 +74,7 @@ if ! cut -d'|' -f2 "$work/rows" | grep -q .; then
     exit 1
 fi
 
-# Replaces what lies between "$2 begin" and "$2 end" in file $1 by file $3.
-replace() {
-    grep -q "$2 begin" "$1" && grep -q "$2 end" "$1" || { echo "publish: $1 has no marks '$2 begin' and '$2 end'" >&2; exit 1; }
-    awk -v mark="$2" -v with="$3" '
-    index($0, mark " end") { skip = 0 }
-    !skip { print }
-    index($0, mark " begin") { while ((getline line < with) > 0) print line; skip = 1 }' "$1" > "$work/replaced"
-    cat "$work/replaced" > "$1"
-}
-
+. examples/report/marks.sh
 awk -F'|' '$2 != "" && $8 > 0 && ",fastest,fast,balanced,good,best," ~ "," $5 "," {
     printf "    NRDI_COST(%s, %s, %s, %sf, %sf)\n", toupper($4), toupper($5), $2, $6 ~ /[.e]/ ? $6 : $6 ".0", $8 ~ /[.e]/ ? $8 : $8 ".0" }' "$work/rows" > "$work/costs"
 replace nrd.h ">>costs" "$work/costs"

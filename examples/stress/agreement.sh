@@ -51,10 +51,8 @@ publish() {
         END { for (d = 1; d <= devices; d++) printf "%s", now[order[d]] }' "$@" "$known" > "$work/known"
     cat "$work/known" > "$known"
     table > "$work/table"
-    awk -v with="$work/table" '
-        /<!-- agreement end/ { skip = 0 } !skip { print }
-        /<!-- agreement begin/ { while ((getline line < with) > 0) print line; skip = 1 }' README.md > "$work/new"
-    cat "$work/new" > README.md
+    . examples/report/marks.sh
+    replace README.md "<!-- agreement" "$work/table"
 }
 
 case ${1:-}/$# in

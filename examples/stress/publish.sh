@@ -34,10 +34,5 @@ awk '
                       line = line " | " ((f, name, pass, 1) in cost ? sprintf("%.1e, %.1e", cost[f, name, pass, 1], cost[f, name, pass, 2]) : "") }
                   print line " |" } } }' "$work/log" > "$work/rounding"
 
-for table in guarantees rounding; do
-    grep -q "<!-- $table begin" README.md && grep -q "<!-- $table end" README.md || { echo "publish: README.md has no marks for $table" >&2; exit 1; }
-    awk -v mark="<!-- $table" -v with="$work/$table" '
-        index($0, mark " end") { skip = 0 } !skip { print }
-        index($0, mark " begin") { while ((getline line < with) > 0) print line; skip = 1 }' README.md > "$work/new"
-    cat "$work/new" > README.md
-done
+. examples/report/marks.sh
+for table in guarantees rounding; do replace README.md "<!-- $table" "$work/$table"; done

@@ -59,7 +59,7 @@ const float CHANGED_FRAMES = 4.0;   /* what history counts for after a certain c
 const float LOBE_SHIFT = 0.2;
 const float LEAST_FOOTPRINT = 0.35;   /* px; below, bilinear reconstruction smears more */
 /* Radius of the disc in px from which samples of the pixel's own quad count as its own, wholly from the second on; then those of the quads
-   around. Wider ones than 1.5 to 4 lose contact shadows, narrower flicker more. */
+   around. 1 to 2.5 .. 4 to 8 tried for the latter: less loses contact shadows, more flickers more. */
 const vec2 QUAD_REACH = vec2(0.7, 1.5), AROUND_REACH = vec2(3.0, 6.0);
 /* What reflections hide has finer detail: their discs count as so much smaller. 0 to 1 tried: more flickers less and softens it. */
 const float SPECULAR_SHARE = 0.25;
@@ -412,13 +412,13 @@ Lobe update_radius(Lobe h, vec3 around)
     return h;
 }
 
-float share(float reach, vec2 range) { return clamp((reach - range.x) / (range.y - range.x), 0.0, 1.0); }
+float ramp(float reach, vec2 range) { return clamp((reach - range.x) / (range.y - range.x), 0.0, 1.0); }
 
 /* A pixel that was not sampled keeps what it knows, or takes its neighbours' mean, or is open where nobody knows. sums: of look_around();
    reach: radius of the disc, px. */
 Lobe accumulate(Lobe h, float noisy, vec3 moment, Sums sums, float reach)
 {
-    float alpha = 1.0 / (1.0 + h.frames), of_quad = share(reach, QUAD_REACH), of_around = share(reach, AROUND_REACH);
+    float alpha = 1.0 / (1.0 + h.frames), of_quad = ramp(reach, QUAD_REACH), of_around = ramp(reach, AROUND_REACH);
     bool sampled = noisy > 0.0, fresh = !(h.frames > 0.0);
     vec3 mean = mix(sums.own, sums.samples, of_around), mean_moment = mix(sums.own_moment, sums.moment, of_around);
     if (sampled) h.moment = mix(h.moment, mix(moment, mean_moment / mean.x, of_quad), alpha);
