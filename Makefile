@@ -86,7 +86,7 @@ $B/tune/nrd_spirv.h: $(shaders) $B/spirv-header Makefile
 	    /^const float [A-Z0-9_]+ = -?[0-9.e-]+;/ { digits = $$5; gsub(/[^0-9]/, "", digits); \
 	        if (length(digits) < 6) $$0 = "layout(constant_id = " ids[$$3] ") " $$0 } { print }' \
 	    $B/tune/names nrd_shaders/$$f > $B/tune/src/$$f || exit 1; done
-	$Qmkdir -p $B/tune/spv && for m in $(modules); do set -- $$(grep "^$$m " nrd_shaders/modules.txt) && file=$B/tune/src/$$2 && shift 2 && \
+	$Qmkdir -p $B/tune/spv && for m in $(modules); do set -- $$(grep "^$$m " nrd_shaders/modules.txt | sed 's/ -g0//') && file=$B/tune/src/$$2 && shift 2 && \
 	    glslangValidator --quiet -V --target-env vulkan1.1 -I$B/tune/src "$$@" $$file -o $B/tune/spv/$$m.spv || exit 1; done
 	$(call spirv_header,$B/tune/spv)
 

@@ -60,7 +60,7 @@ static bool collect(void *user, uint32_t opcode, uint32_t *operands, uint32_t co
         return true;
     search s = { operands[1], false, "" };
     each_instruction(c->words, c->count, look_up, &s);
-    return !s.tunable || add_place(c->out, s.name, &operands[2]);
+    return !s.tunable || !s.name[0] || add_place(c->out, s.name, &operands[2]);
 }
 
 bool constants_find(shader_constants *c, uint32_t *words, uint32_t size_bytes)
