@@ -408,7 +408,7 @@ NRD_DECL bool nrd_format_is_uint(nrd_format format);
     X(float, max_blur_radius, 15.0f, 0.0f, 60.0f, "px", "reach of the spatial filter; 0 off; scaled with the rectangle") \
     X(float, diffuse_prepass_blur_radius, 0.0f, 0.0f, 75.0f, "px", "blur before accumulation, for probabilistic sampling; 0 off (needs NRD_FEATURE_PREPASS)") \
     X(float, specular_prepass_blur_radius, 0.0f, 0.0f, 75.0f, "px", "the same for the specular signal, at most as wide as what the lobe sees") \
-    X(float, luminance_sigma_scale, 8.0f, 0.1f, 1000.0f, "standard deviations", "neighbours that differ more are not mixed; less is sharper and noisier") \
+    X(float, luminance_sigma_scale, 7.0f, 0.1f, 1000.0f, "standard deviations", "neighbours that differ more are not mixed; less is sharper and noisier") \
     X(float, plane_distance_sensitivity, 0.006f, 1e-4f, 1.0f, "of the view's extent at that depth", "neighbours farther off the surface's plane are not mixed") \
     X(float, normal_sensitivity, 8.0f, 0.0f, 1000.0f, "", "neighbours weigh exp(-this * (1 - cos of the angle between normals))") \
     X(float, antilag_sigma_scale, 3.5f, 0.5f, 100.0f, "standard deviations", "change of lighting that counts as certain; less reacts sooner and flickers more") \
@@ -875,7 +875,8 @@ enum { NRDI_TAP, NRDI_STATE };
 /* The textures of the REBLUR denoisers; those that a denoiser's passes do not use do not exist.
    Once temporal accumulation has run, the previous halves of GUIDE and TRACK are dead until the next frame overwrites them, so each holds
    one intermediate of the spatial filter; OUT holds the other. Filter steps that go the same way between the two are one module: post-blur 2
-   binds what blur does, post-blur 1 what stabilization does, and neither touches what is not its own. */
+   binds what blur does, post-blur 1 what stabilization does, and neither touches what is not its own; with SH these are the plain denoisers',
+   as the light stays where blur has left it until stabilization takes it out. */
 #define NRDI_REBLUR_TEXTURES \
     { "GUIDE", NRD_FORMAT_RG32_UINT, 1, NRDI_PING_PONG }, \
     { "TRACK", NRD_FORMAT_RG32_UINT, 1, NRDI_PING_PONG }, \
@@ -1119,10 +1120,10 @@ static const nrdi_denoiser_row nrdi_rows[] = {
         NRDI_LIGHTING_CHANGE(DIFF, ""),
         { "blur", "reblur_blur_diffuse_sh", NRDI_ALWAYS, 0, 0, 0,
           { NRDI_READ(NRDI_GUIDE), NRDI_BLUR_OF(DIFF, DIFF_SH0, NRDI_GUIDE), NRDI_IN(OUT_DIFF_SH1), NRDI_WRITE(NRDI_DIFF_SH), NRDI_WRITE(NRDI_DIFF_SH_HISTORY), NRDI_TILES, NRDI_STOP } },
-        { "post-blur 1", "reblur_stabilization_diffuse_sh", NRDI_IF_BLUR, 0, 0, 1,
-          { NRDI_READ(NRDI_GUIDE), NRDI_STABILIZATION_OF(DIFF, DIFF_SH0, NRDI_GUIDE), NRDI_READ(NRDI_DIFF_SH), NRDI_OUT(OUT_DIFF_SH1), NRDI_TILES, NRDI_STOP } },
-        { "post-blur 2", "reblur_blur_diffuse_sh", NRDI_IF_BLUR, 0, 0, 2,
-          { NRDI_READ(NRDI_GUIDE), NRDI_BLUR_OF(DIFF, DIFF_SH0, NRDI_GUIDE), NRDI_IN(OUT_DIFF_SH1), NRDI_WRITE(NRDI_DIFF_SH), NRDI_WRITE(NRDI_DIFF_SH_HISTORY), NRDI_TILES, NRDI_STOP } },
+        { "post-blur 1", "reblur_stabilization_diffuse", NRDI_IF_BLUR, 0, 0, 1,
+          { NRDI_READ(NRDI_GUIDE), NRDI_STABILIZATION_OF(DIFF, DIFF_SH0, NRDI_GUIDE), NRDI_TILES, NRDI_STOP } },
+        { "post-blur 2", "reblur_blur_diffuse", NRDI_IF_BLUR, 0, 0, 2,
+          { NRDI_READ(NRDI_GUIDE), NRDI_BLUR_OF(DIFF, DIFF_SH0, NRDI_GUIDE), NRDI_TILES, NRDI_STOP } },
         { "stabilization", "reblur_stabilization_diffuse_sh", NRDI_ALWAYS, 0, 0, 3,
           { NRDI_READ(NRDI_GUIDE), NRDI_STABILIZATION_OF(DIFF, DIFF_SH0, NRDI_GUIDE), NRDI_READ(NRDI_DIFF_SH), NRDI_OUT(OUT_DIFF_SH1), NRDI_TILES, NRDI_STOP } },
         NRDI_SPLIT_SCREEN_OF(DIFF_SH0, NRDI_LOBE_DIFF, " (SH0)"), NRDI_SPLIT_SCREEN_OF(DIFF_SH1, NRDI_LOBE_DIFF, " (SH1)"),
@@ -1138,10 +1139,10 @@ static const nrdi_denoiser_row nrdi_rows[] = {
         NRDI_LIGHTING_CHANGE(SPEC, ""),
         { "blur", "reblur_blur_specular_sh", NRDI_ALWAYS, 0, 0, 0,
           { NRDI_READ(NRDI_GUIDE), NRDI_READ(NRDI_SPEC_TRACK), NRDI_BLUR_OF(SPEC, SPEC_SH0, NRDI_GUIDE), NRDI_IN(OUT_SPEC_SH1), NRDI_WRITE_PREV(NRDI_SPEC_TRACK), NRDI_WRITE(NRDI_SPEC_SH_HISTORY), NRDI_TILES, NRDI_STOP } },
-        { "post-blur 1", "reblur_stabilization_specular_sh", NRDI_IF_BLUR, 0, 0, 1,
-          { NRDI_READ(NRDI_GUIDE), NRDI_READ(NRDI_SPEC_TRACK), NRDI_STABILIZATION_OF(SPEC, SPEC_SH0, NRDI_GUIDE), NRDI_READ_PREV(NRDI_SPEC_TRACK), NRDI_OUT(OUT_SPEC_SH1), NRDI_TILES, NRDI_STOP } },
-        { "post-blur 2", "reblur_blur_specular_sh", NRDI_IF_BLUR, 0, 0, 2,
-          { NRDI_READ(NRDI_GUIDE), NRDI_READ(NRDI_SPEC_TRACK), NRDI_BLUR_OF(SPEC, SPEC_SH0, NRDI_GUIDE), NRDI_IN(OUT_SPEC_SH1), NRDI_WRITE_PREV(NRDI_SPEC_TRACK), NRDI_WRITE(NRDI_SPEC_SH_HISTORY), NRDI_TILES, NRDI_STOP } },
+        { "post-blur 1", "reblur_stabilization_specular", NRDI_IF_BLUR, 0, 0, 1,
+          { NRDI_READ(NRDI_GUIDE), NRDI_READ(NRDI_SPEC_TRACK), NRDI_STABILIZATION_OF(SPEC, SPEC_SH0, NRDI_GUIDE), NRDI_TILES, NRDI_STOP } },
+        { "post-blur 2", "reblur_blur_specular", NRDI_IF_BLUR, 0, 0, 2,
+          { NRDI_READ(NRDI_GUIDE), NRDI_READ(NRDI_SPEC_TRACK), NRDI_BLUR_OF(SPEC, SPEC_SH0, NRDI_GUIDE), NRDI_TILES, NRDI_STOP } },
         { "stabilization", "reblur_stabilization_specular_sh", NRDI_ALWAYS, 0, 0, 3,
           { NRDI_READ(NRDI_GUIDE), NRDI_READ(NRDI_SPEC_TRACK), NRDI_STABILIZATION_OF(SPEC, SPEC_SH0, NRDI_GUIDE), NRDI_READ_PREV(NRDI_SPEC_TRACK), NRDI_OUT(OUT_SPEC_SH1), NRDI_TILES, NRDI_STOP } },
         NRDI_SPLIT_SCREEN_OF(SPEC_SH0, NRDI_LOBE_SPEC, " (SH0)"), NRDI_SPLIT_SCREEN_OF(SPEC_SH1, NRDI_LOBE_SPEC, " (SH1)"),
@@ -1162,12 +1163,10 @@ static const nrdi_denoiser_row nrdi_rows[] = {
         { "blur", "reblur_blur_diffuse_specular_sh", NRDI_ALWAYS, 0, 0, 0,
           { NRDI_READ(NRDI_GUIDE), NRDI_READ(NRDI_TRACK), NRDI_BLUR_OF(DIFF, DIFF_SH0, NRDI_GUIDE), NRDI_BLUR_OF(SPEC, SPEC_SH0, NRDI_TRACK),
             NRDI_IN(OUT_DIFF_SH1), NRDI_IN(OUT_SPEC_SH1), NRDI_WRITE(NRDI_SH), NRDI_WRITE(NRDI_DIFF_SH_HISTORY), NRDI_WRITE(NRDI_SPEC_SH_HISTORY), NRDI_TILES, NRDI_STOP } },
-        { "post-blur 1", "reblur_stabilization_diffuse_specular_sh", NRDI_IF_BLUR, 0, 0, 1,
-          { NRDI_READ(NRDI_GUIDE), NRDI_READ(NRDI_TRACK), NRDI_STABILIZATION_OF(DIFF, DIFF_SH0, NRDI_GUIDE), NRDI_STABILIZATION_OF(SPEC, SPEC_SH0, NRDI_TRACK),
-            NRDI_READ(NRDI_SH), NRDI_OUT(OUT_DIFF_SH1), NRDI_OUT(OUT_SPEC_SH1), NRDI_TILES, NRDI_STOP } },
-        { "post-blur 2", "reblur_blur_diffuse_specular_sh", NRDI_IF_BLUR, 0, 0, 2,
-          { NRDI_READ(NRDI_GUIDE), NRDI_READ(NRDI_TRACK), NRDI_BLUR_OF(DIFF, DIFF_SH0, NRDI_GUIDE), NRDI_BLUR_OF(SPEC, SPEC_SH0, NRDI_TRACK),
-            NRDI_IN(OUT_DIFF_SH1), NRDI_IN(OUT_SPEC_SH1), NRDI_WRITE(NRDI_SH), NRDI_WRITE(NRDI_DIFF_SH_HISTORY), NRDI_WRITE(NRDI_SPEC_SH_HISTORY), NRDI_TILES, NRDI_STOP } },
+        { "post-blur 1", "reblur_stabilization_diffuse_specular", NRDI_IF_BLUR, 0, 0, 1,
+          { NRDI_READ(NRDI_GUIDE), NRDI_READ(NRDI_TRACK), NRDI_STABILIZATION_OF(DIFF, DIFF_SH0, NRDI_GUIDE), NRDI_STABILIZATION_OF(SPEC, SPEC_SH0, NRDI_TRACK), NRDI_TILES, NRDI_STOP } },
+        { "post-blur 2", "reblur_blur_diffuse_specular", NRDI_IF_BLUR, 0, 0, 2,
+          { NRDI_READ(NRDI_GUIDE), NRDI_READ(NRDI_TRACK), NRDI_BLUR_OF(DIFF, DIFF_SH0, NRDI_GUIDE), NRDI_BLUR_OF(SPEC, SPEC_SH0, NRDI_TRACK), NRDI_TILES, NRDI_STOP } },
         { "stabilization", "reblur_stabilization_diffuse_specular_sh", NRDI_ALWAYS, 0, 0, 3,
           { NRDI_READ(NRDI_GUIDE), NRDI_READ(NRDI_TRACK), NRDI_STABILIZATION_OF(DIFF, DIFF_SH0, NRDI_GUIDE), NRDI_STABILIZATION_OF(SPEC, SPEC_SH0, NRDI_TRACK),
             NRDI_READ(NRDI_SH), NRDI_OUT(OUT_DIFF_SH1), NRDI_OUT(OUT_SPEC_SH1), NRDI_TILES, NRDI_STOP } },
@@ -1362,7 +1361,7 @@ const char *nrd_preset_name(nrd_preset preset)
    lighting, 0.94, error 2.3 to 13.
    Nothing that takes more time is better, so GOOD and BEST are BALANCED: pre-pass of 10 px 1.3, error 1.05 to 1.13; max_blur_radius 20 error
    1.04 to 1.07; histories of 63 frames 1.00. In the same time less error means more flicker: no stabilization 0.94, flicker at rest 2.6 to
-   3.6; max_blur_radius 8 0.93 to 1.00, 1.2 to 1.4; luminance_sigma_scale 5 0.95 to 0.98, 1.02 to 1.07.
+   3.6; max_blur_radius 8 0.93 to 1.00, 1.2 to 1.4. luminance_sigma_scale 8: error 0.99 to 1.05, flicker 0.98 to 1.00.
    SIGMA takes the same time whatever its settings (0.98 to 1.00), so all its presets are its defaults; so are REFERENCE's. */
 typedef struct nrdi_preset_row { nrd_preset preset; const nrd_setting *list; const char *name; float value; } nrdi_preset_row;
 static const nrdi_preset_row nrdi_presets[] = {
@@ -1393,39 +1392,39 @@ typedef struct nrdi_cost { nrd_denoiser denoiser; nrd_preset preset; nrd_device 
 #define NRDI_COST(denoiser, preset, device, ns, error) { NRD_DENOISER_##denoiser, NRD_PRESET_##preset, NRD_DEVICE_##device, ns, error },
 static const nrdi_cost nrdi_costs[] = {
     /* >>costs begin */
-    NRDI_COST(REBLUR_DIFFUSE, FASTEST, DATACENTER, 0.07454f, 0.02302f)
-    NRDI_COST(REBLUR_DIFFUSE, FAST, DATACENTER, 0.09423f, 0.006677f)
-    NRDI_COST(REBLUR_DIFFUSE, BALANCED, DATACENTER, 0.1369f, 0.005773f)
-    NRDI_COST(REBLUR_SPECULAR, FASTEST, DATACENTER, 0.1162f, 0.05829f)
-    NRDI_COST(REBLUR_SPECULAR, FAST, DATACENTER, 0.1412f, 0.01757f)
-    NRDI_COST(REBLUR_SPECULAR, BALANCED, DATACENTER, 0.193f, 0.01456f)
-    NRDI_COST(REBLUR_DIFFUSE_SPECULAR, FASTEST, DATACENTER, 0.1616f, 0.03663f)
-    NRDI_COST(REBLUR_DIFFUSE_SPECULAR, FAST, DATACENTER, 0.1954f, 0.01086f)
-    NRDI_COST(REBLUR_DIFFUSE_SPECULAR, BALANCED, DATACENTER, 0.2666f, 0.009198f)
-    NRDI_COST(REBLUR_DIFFUSE_OCCLUSION, FASTEST, DATACENTER, 0.05739f, 0.01288f)
-    NRDI_COST(REBLUR_DIFFUSE_OCCLUSION, FAST, DATACENTER, 0.06394f, 0.004146f)
-    NRDI_COST(REBLUR_DIFFUSE_OCCLUSION, BALANCED, DATACENTER, 0.0675f, 0.003875f)
-    NRDI_COST(REBLUR_SPECULAR_OCCLUSION, FASTEST, DATACENTER, 0.07126f, 0.02641f)
-    NRDI_COST(REBLUR_SPECULAR_OCCLUSION, FAST, DATACENTER, 0.08068f, 0.01461f)
-    NRDI_COST(REBLUR_SPECULAR_OCCLUSION, BALANCED, DATACENTER, 0.08584f, 0.01397f)
-    NRDI_COST(REBLUR_DIFFUSE_SPECULAR_OCCLUSION, FASTEST, DATACENTER, 0.09057f, 0.01831f)
-    NRDI_COST(REBLUR_DIFFUSE_SPECULAR_OCCLUSION, FAST, DATACENTER, 0.1116f, 0.007594f)
-    NRDI_COST(REBLUR_DIFFUSE_SPECULAR_OCCLUSION, BALANCED, DATACENTER, 0.1212f, 0.007175f)
-    NRDI_COST(REBLUR_DIFFUSE_DIRECTIONAL_OCCLUSION, FASTEST, DATACENTER, 0.06941f, 0.01288f)
-    NRDI_COST(REBLUR_DIFFUSE_DIRECTIONAL_OCCLUSION, FAST, DATACENTER, 0.07948f, 0.004146f)
-    NRDI_COST(REBLUR_DIFFUSE_DIRECTIONAL_OCCLUSION, BALANCED, DATACENTER, 0.08425f, 0.003875f)
-    NRDI_COST(REBLUR_DIFFUSE_SH, FASTEST, DATACENTER, 0.09812f, 0.02272f)
-    NRDI_COST(REBLUR_DIFFUSE_SH, FAST, DATACENTER, 0.1299f, 0.006113f)
-    NRDI_COST(REBLUR_DIFFUSE_SH, BALANCED, DATACENTER, 0.2013f, 0.005177f)
-    NRDI_COST(REBLUR_SPECULAR_SH, FASTEST, DATACENTER, 0.1546f, 0.05829f)
-    NRDI_COST(REBLUR_SPECULAR_SH, FAST, DATACENTER, 0.1927f, 0.0173f)
-    NRDI_COST(REBLUR_SPECULAR_SH, BALANCED, DATACENTER, 0.278f, 0.01422f)
-    NRDI_COST(REBLUR_DIFFUSE_SPECULAR_SH, FASTEST, DATACENTER, 0.252f, 0.03636f)
-    NRDI_COST(REBLUR_DIFFUSE_SPECULAR_SH, FAST, DATACENTER, 0.3071f, 0.01032f)
-    NRDI_COST(REBLUR_DIFFUSE_SPECULAR_SH, BALANCED, DATACENTER, 0.4386f, 0.008613f)
+    NRDI_COST(REBLUR_DIFFUSE, FASTEST, DATACENTER, 0.07385f, 0.02302f)
+    NRDI_COST(REBLUR_DIFFUSE, FAST, DATACENTER, 0.09338f, 0.006694f)
+    NRDI_COST(REBLUR_DIFFUSE, BALANCED, DATACENTER, 0.1363f, 0.005735f)
+    NRDI_COST(REBLUR_SPECULAR, FASTEST, DATACENTER, 0.1159f, 0.05829f)
+    NRDI_COST(REBLUR_SPECULAR, FAST, DATACENTER, 0.1408f, 0.01761f)
+    NRDI_COST(REBLUR_SPECULAR, BALANCED, DATACENTER, 0.1932f, 0.01451f)
+    NRDI_COST(REBLUR_DIFFUSE_SPECULAR, FASTEST, DATACENTER, 0.1591f, 0.03663f)
+    NRDI_COST(REBLUR_DIFFUSE_SPECULAR, FAST, DATACENTER, 0.1934f, 0.01087f)
+    NRDI_COST(REBLUR_DIFFUSE_SPECULAR, BALANCED, DATACENTER, 0.2672f, 0.009147f)
+    NRDI_COST(REBLUR_DIFFUSE_OCCLUSION, FASTEST, DATACENTER, 0.05749f, 0.01288f)
+    NRDI_COST(REBLUR_DIFFUSE_OCCLUSION, FAST, DATACENTER, 0.06371f, 0.003884f)
+    NRDI_COST(REBLUR_DIFFUSE_OCCLUSION, BALANCED, DATACENTER, 0.06723f, 0.003608f)
+    NRDI_COST(REBLUR_SPECULAR_OCCLUSION, FASTEST, DATACENTER, 0.07143f, 0.02641f)
+    NRDI_COST(REBLUR_SPECULAR_OCCLUSION, FAST, DATACENTER, 0.08123f, 0.01467f)
+    NRDI_COST(REBLUR_SPECULAR_OCCLUSION, BALANCED, DATACENTER, 0.08672f, 0.01402f)
+    NRDI_COST(REBLUR_DIFFUSE_SPECULAR_OCCLUSION, FASTEST, DATACENTER, 0.09256f, 0.01831f)
+    NRDI_COST(REBLUR_DIFFUSE_SPECULAR_OCCLUSION, FAST, DATACENTER, 0.1147f, 0.007357f)
+    NRDI_COST(REBLUR_DIFFUSE_SPECULAR_OCCLUSION, BALANCED, DATACENTER, 0.1248f, 0.006937f)
+    NRDI_COST(REBLUR_DIFFUSE_DIRECTIONAL_OCCLUSION, FASTEST, DATACENTER, 0.06855f, 0.01288f)
+    NRDI_COST(REBLUR_DIFFUSE_DIRECTIONAL_OCCLUSION, FAST, DATACENTER, 0.08042f, 0.003884f)
+    NRDI_COST(REBLUR_DIFFUSE_DIRECTIONAL_OCCLUSION, BALANCED, DATACENTER, 0.08468f, 0.003608f)
+    NRDI_COST(REBLUR_DIFFUSE_SH, FASTEST, DATACENTER, 0.09089f, 0.02269f)
+    NRDI_COST(REBLUR_DIFFUSE_SH, FAST, DATACENTER, 0.1153f, 0.00628f)
+    NRDI_COST(REBLUR_DIFFUSE_SH, BALANCED, DATACENTER, 0.1579f, 0.005374f)
+    NRDI_COST(REBLUR_SPECULAR_SH, FASTEST, DATACENTER, 0.138f, 0.05827f)
+    NRDI_COST(REBLUR_SPECULAR_SH, FAST, DATACENTER, 0.1668f, 0.01747f)
+    NRDI_COST(REBLUR_SPECULAR_SH, BALANCED, DATACENTER, 0.2196f, 0.01439f)
+    NRDI_COST(REBLUR_DIFFUSE_SPECULAR_SH, FASTEST, DATACENTER, 0.2354f, 0.03635f)
+    NRDI_COST(REBLUR_DIFFUSE_SPECULAR_SH, FAST, DATACENTER, 0.2764f, 0.01048f)
+    NRDI_COST(REBLUR_DIFFUSE_SPECULAR_SH, BALANCED, DATACENTER, 0.3497f, 0.008812f)
     NRDI_COST(REFERENCE, BALANCED, DATACENTER, 0.0164f, 0.1304f)
-    NRDI_COST(SIGMA_SHADOW, BALANCED, DATACENTER, 0.02439f, 0.001163f)
-    NRDI_COST(SIGMA_SHADOW_TRANSLUCENCY, BALANCED, DATACENTER, 0.03714f, 0.00199f)
+    NRDI_COST(SIGMA_SHADOW, BALANCED, DATACENTER, 0.02371f, 0.001163f)
+    NRDI_COST(SIGMA_SHADOW_TRANSLUCENCY, BALANCED, DATACENTER, 0.03644f, 0.00199f)
     NRDI_COST(REBLUR_DIFFUSE, FASTEST, CPU, 273.9f, 0.05512f)
     NRDI_COST(REBLUR_DIFFUSE, FAST, CPU, 274.4f, 0.01878f)
     NRDI_COST(REBLUR_DIFFUSE, BALANCED, CPU, 390.0f, 0.01879f)
@@ -2728,40 +2727,40 @@ static const float nrdi_pass_ns[][NRDI_MAX_PASSES] = {
     { 0.0127f },
 #endif
 #if NRDI_WITH(REBLUR_DIFFUSE)
-    { 0.0022f, 0.0258f, 0.0492f, 0.0335f, 0.0028f, 0.0322f, 0.0176f, 0.0230f, 0.0276f, 0.0101f, 0.0282f, 0.0307f },
+    { 0.0021f, 0.0254f, 0.0490f, 0.0331f, 0.0027f, 0.0316f, 0.0180f, 0.0232f, 0.0278f, 0.0101f, 0.0282f, 0.0306f },
 #endif
 #if NRDI_WITH(REBLUR_SPECULAR)
-    { 0.0022f, 0.0276f, 0.0509f, 0.0759f, 0.0028f, 0.0370f, 0.0210f, 0.0276f, 0.0336f, 0.0101f, 0.0287f, 0.0365f },
+    { 0.0022f, 0.0273f, 0.0508f, 0.0747f, 0.0028f, 0.0367f, 0.0215f, 0.0281f, 0.0339f, 0.0101f, 0.0287f, 0.0365f },
 #endif
 #if NRDI_WITH(REBLUR_DIFFUSE_SPECULAR)
-    { 0.0022f, 0.0258f, 0.0283f, 0.0491f, 0.0505f, 0.1044f, 0.0028f, 0.0022f, 0.0545f, 0.0274f, 0.0377f, 0.0478f, 0.0101f, 0.0101f, 0.0331f, 0.0375f },
+    { 0.0022f, 0.0254f, 0.0279f, 0.0490f, 0.0505f, 0.1024f, 0.0028f, 0.0022f, 0.0536f, 0.0284f, 0.0398f, 0.0488f, 0.0101f, 0.0101f, 0.0332f, 0.0374f },
 #endif
 #if NRDI_WITH(REBLUR_DIFFUSE_OCCLUSION)
-    { 0.0021f, 0.0431f, 0.0212f, 0.0100f, 0.0257f, 0.0318f },
+    { 0.0021f, 0.0428f, 0.0215f, 0.0101f, 0.0257f, 0.0319f },
 #endif
 #if NRDI_WITH(REBLUR_SPECULAR_OCCLUSION)
-    { 0.0021f, 0.0587f, 0.0271f, 0.0100f, 0.0266f, 0.0335f },
+    { 0.0021f, 0.0593f, 0.0278f, 0.0100f, 0.0265f, 0.0335f },
 #endif
 #if NRDI_WITH(REBLUR_DIFFUSE_SPECULAR_OCCLUSION)
-    { 0.0021f, 0.0790f, 0.0459f, 0.0100f, 0.0100f, 0.0285f, 0.0348f },
+    { 0.0021f, 0.0815f, 0.0472f, 0.0100f, 0.0100f, 0.0285f, 0.0347f },
 #endif
 #if NRDI_WITH(REBLUR_DIFFUSE_DIRECTIONAL_OCCLUSION)
-    { 0.0021f, 0.0550f, 0.0271f, 0.0100f, 0.0284f, 0.0363f },
+    { 0.0021f, 0.0554f, 0.0278f, 0.0101f, 0.0284f, 0.0363f },
 #endif
 #if NRDI_WITH(SIGMA_SHADOW)
-    { 0.0052f, 0.0014f, 0.0230f, 0.0093f, 0.0100f, 0.0253f, 0.0281f },
+    { 0.0052f, 0.0014f, 0.0228f, 0.0092f, 0.0101f, 0.0253f, 0.0280f },
 #endif
 #if NRDI_WITH(SIGMA_SHADOW_TRANSLUCENCY)
-    { 0.0081f, 0.0015f, 0.1070f, 0.0311f, 0.0101f, 0.0276f, 0.0286f },
+    { 0.0080f, 0.0015f, 0.1067f, 0.0308f, 0.0100f, 0.0276f, 0.0284f },
 #endif
 #if NRDI_WITH(REBLUR_DIFFUSE_SH)
-    { 0.0022f, 0.0266f, 0.0689f, 0.0457f, 0.0028f, 0.0474f, 0.0287f, 0.0383f, 0.0443f, 0.0101f, 0.0101f, 0.0282f, 0.0308f },
+    { 0.0022f, 0.0262f, 0.0683f, 0.0413f, 0.0028f, 0.0432f, 0.0180f, 0.0232f, 0.0295f, 0.0101f, 0.0101f, 0.0282f, 0.0306f },
 #endif
 #if NRDI_WITH(REBLUR_SPECULAR_SH)
-    { 0.0022f, 0.0276f, 0.0739f, 0.1029f, 0.0028f, 0.0548f, 0.0326f, 0.0462f, 0.0521f, 0.0101f, 0.0101f, 0.0288f, 0.0366f },
+    { 0.0022f, 0.0273f, 0.0731f, 0.0870f, 0.0027f, 0.0486f, 0.0214f, 0.0282f, 0.0360f, 0.0101f, 0.0101f, 0.0288f, 0.0365f },
 #endif
 #if NRDI_WITH(REBLUR_DIFFUSE_SPECULAR_SH)
-    { 0.0022f, 0.0266f, 0.0289f, 0.0687f, 0.0736f, 0.1562f, 0.0029f, 0.0022f, 0.0976f, 0.0501f, 0.0707f, 0.0872f, 0.0101f, 0.0101f, 0.0101f, 0.0101f, 0.0333f, 0.0375f },
+    { 0.0022f, 0.0262f, 0.0285f, 0.0680f, 0.0729f, 0.1522f, 0.0028f, 0.0022f, 0.0895f, 0.0285f, 0.0399f, 0.0520f, 0.0101f, 0.0101f, 0.0101f, 0.0101f, 0.0333f, 0.0374f },
 #endif
     /* >>pass times end */
 };

@@ -56,12 +56,12 @@ static void finish_mean(const reblur_model *m, model_rounding r, const mean *sum
     for (int k = MODEL_LIGHT; k < m->components; k++) to->v[k] = sum->v[0] > 1e-7 ? reg(r, to->v[k] / fmax(sqrt(squared), 1)) : 0;
 }
 
-/* ---- what is stored between passes: halves; of directions 8 bits on the way to post-blurs 1 and 3 */
+/* ---- what is stored between passes: halves; of directions, from blur to stabilization, 8 bits */
 static double store_signed_byte(model_rounding r, double v) { return r.stored ? nearbyint(fmin(fmax(v, -1), 1) * 127) / 127 : v; }
 
-static void store_texel(const reblur_model *m, model_rounding r, model_texel *t, bool packed)
+static void store_texel(const reblur_model *m, model_rounding r, model_texel *t)
 {
-    for (int k = 0; k < m->components; k++) t->v[k] = packed && k >= MODEL_LIGHT ? store_signed_byte(r, t->v[k]) : store_half(r, t->v[k]);
+    for (int k = 0; k < m->components; k++) t->v[k] = k >= MODEL_LIGHT ? store_signed_byte(r, t->v[k]) : store_half(r, t->v[k]);
     t->sigma = store_half(r, t->sigma);
 }
 
@@ -132,10 +132,10 @@ static void blur_at(const reblur_model *m, reblur_signal *s, const model_texel *
     uint32_t random = model_hash((uint32_t)(i % MODEL_SIZE), (uint32_t)(i / MODEL_SIZE), ~frame_index) >> 8;
     put_back(m, r, &from[i], to, reg(r, sqrt(variance / sum.weight)), random, &s->history[i]);
     to->sigma = reg(r, sqrt(spread * noise) / sum.weight);
-    store_texel(m, r, to, true);
+    store_texel(m, r, to);
 }
 
-/* ---- sparse steps */
+/* ---- sparse steps, which leave directions alone */
 /* Of all signals, if one of them is noisy. */
 static bool is_turned(const reblur_model *m, model_texel (*from)[MODEL_PIXELS], int i, uint32_t frame_index)
 {
@@ -148,21 +148,27 @@ static model_texel atrous_at(const reblur_model *m, const reblur_signal *s, mode
 {
     static const int axes[4][2] = { { 1, 0 }, { 0, 1 }, { -1, 0 }, { 0, -1 } }, diagonals[4][2] = { { 1, 1 }, { -1, 1 }, { -1, -1 }, { 1, -1 } };
     const model_texel *c = &from[i];
-    double own = c->sigma * c->sigma, noise = own, least = 1e-12 * c->v[0] * c->v[0] + 1e-24;
+    double own = c->sigma * c->sigma, noise = 0, around = 1, least = 0.4 * own + 1e-12 * c->v[0] * c->v[0] + 1e-24;
+    double squared_scale = m->settings.luminance_sigma_scale * m->settings.luminance_sigma_scale;
     mean sum = { { 0 }, 0 };
     model_texel to;
-    add_texel(m, r, &sum, c, 1);
     for (int k = 0; k < (cross ? 4 : 9); k++) {
         const int *way = turned ? diagonals[k & 3] : axes[k & 3];
         int dx = cross ? way[0] : k % 3 - 1, dy = cross ? way[1] : k / 3 - 1;
         const model_texel *t = texel_at(m, from, i % MODEL_SIZE + dx * step, i / MODEL_SIZE + dy * step);
         if (!t || t == c) continue;
-        double variance = reg(r, t->sigma * t->sigma), luma = reg(r, fabs(c->v[0] - t->v[0]) / sqrt(reg(r, own + variance + least)));
-        double w = reg(r, (cross ? 0.75 : binomial(dx, dy)) * lobe_weight(s, i, dx, dy, step) * exp(-1.4142136 / m->settings.luminance_sigma_scale * luma));
+        double variance = reg(r, t->sigma * t->sigma), both = reg(r, own + variance + least), off = reg(r, c->v[0] - t->v[0]);
+        double geometry = reg(r, (cross ? 0.75 : binomial(dx, dy)) * lobe_weight(s, i, dx, dy, step));
+        double alike = reg(r, both / (both + 0.5 * 1.4142136 / squared_scale * off * off)), w = reg(r, geometry * alike * alike);
         add_texel(m, r, &sum, t, w);
         noise = reg(r, noise + w * w * variance);
+        around = reg(r, around + geometry);
     }
+    double kept = reg(r, around - sum.weight);   /* what luma keeps from the neighbours stays with the centre */
+    add_texel(m, r, &sum, c, kept);
+    noise = reg(r, noise + kept * kept * own);
     finish_mean(m, r, &sum, &to);
+    for (int k = MODEL_LIGHT; k < m->components; k++) to.v[k] = c->v[k];
     to.sigma = reg(r, sqrt(noise) / sum.weight);
     return to;
 }
@@ -176,7 +182,7 @@ static void atrous(reblur_model *m, reblur_model_pass pass, model_texel (*from)[
         bool turned = cross && is_turned(m, from, i, frame_index);
         for (uint32_t s = 0; s < m->signal_count; s++) {
             to[s][i] = atrous_at(m, &m->signals[s], r, from[s], i, 1 << (pass - REBLUR_MODEL_BLUR), cross, turned);
-            if (!last) store_texel(m, r, &to[s][i], pass == REBLUR_MODEL_POST_BLUR_2);
+            if (!last) store_texel(m, r, &to[s][i]);
         }
     }
 }

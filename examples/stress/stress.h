@@ -38,10 +38,10 @@
     X(EDGE_8_BIT, 0.03, "error of occlusion 4 pixels from such a step") \
     X(ENERGY, 0.01, "energy that a pixel 5 times brighter than the rest loses or gains at luminance_sigma_scale 1000; and in the first two passes at any") \
     X(SCATTERED_ENERGY, 0.03, "energy lost or gained of single pixels lit 128 times the mean that come and go at random, one in 128, without antilag") \
-    X(OUTLIER_ENERGY, 0.24, "energy that a single pixel lit in the dark loses or gains in the first frame, at defaults") \
-    X(STILL_ENERGY, 0.32, "energy that such a pixel loses or gains that stays lit for 40 frames") \
-    X(FRAMED_ENERGY, 0.12, "the same in the first frame in the middle of 32x32 px, whose border gives part of it back") \
-    X(FRAMED_STILL_ENERGY, 0.25, "the same after 40 frames there") \
+    X(OUTLIER_ENERGY, 0.1, "energy that a single pixel lit in the dark loses or gains in the first frame, at defaults") \
+    X(STILL_ENERGY, 0.16, "energy that such a pixel loses or gains that stays lit for 40 frames") \
+    X(FRAMED_ENERGY, 0.1, "the same in the first frame in the middle of 32x32 px, whose border gives part of it back") \
+    X(FRAMED_STILL_ENERGY, 0.17, "the same after 40 frames there") \
     X(ARITHMETIC, 1e-5, "error of the picture when one pass computes in 32 bits, relative, by a double-precision model; here and below occlusion and shadows: of 1") \
     X(STORAGE, 0.002, "error of the picture when one pass stores 16 bits, relative, by that model") \
     X(STORAGE_STABILIZED, 0.004, "that of stabilization with what it keeps over time, which is rounded at random to 16 bits") \

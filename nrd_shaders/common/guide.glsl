@@ -1,7 +1,7 @@
 /* The guide: depth, normal and material of a pixel in 32 bits, so that a tap costs one load.
    bits 0-15   depth / denoising range as a float with 5 exponent and 11 fraction bits (error 1.2e-4 of the depth); 0xffff: sky
    bits 16-29  view-space normal, stereographic, 7 + 7 bits (error at most 2 degrees)
-   bits 30-31  material id
+   bits 30-31  material id: guide_material()
    Stereographic, p = n.xy / (1 - n.z), so that taps are compared without decoding their normals:
    1 - cos = 2 |p - q|^2 / ((1 + |p|^2) (1 + |q|^2)), the chordal distance.
    Octahedral map (of the occlusion denoisers' texels): Meyer et al., "On Floating-Point Normal Vectors", EGSR 2010. */
@@ -29,10 +29,13 @@ const float GUIDE_REACH = 1.5;
 
 vec2 guide_stereographic(vec3 normal_vs) { return clamp(normal_vs.xy / max(1.0 - normal_vs.z, 1e-6), -GUIDE_REACH, GUIDE_REACH); }
 
+/* As the guide has it: what is one class has one number (with min_material 4 all have 0), unless some materials have a class of their own. */
+uint guide_material(uint material) { return HAS_MATERIALS ? material : max(material, g.min_material) & 3u; }
+
 uint guide_pack(float z, vec3 normal_vs, uint material)
 {
     uvec2 p = uvec2(guide_stereographic(normal_vs) * (63.0 / GUIDE_REACH) + 63.5);
-    return guide_pack_depth(z / g.denoising_range) | (p.x << 16) | (p.y << 23) | (is_absent(NRD_ABSENT_MATERIALS) ? 0u : material << 30);
+    return guide_pack_depth(z / g.denoising_range) | (p.x << 16) | (p.y << 23) | (is_absent(NRD_ABSENT_MATERIALS) ? 0u : guide_material(material) << 30);
 }
 
 bool guide_is_sky(uint code) { return !is_absent(NRD_ABSENT_SKY) && (code & 0xffffu) == GUIDE_SKY; }
@@ -85,6 +88,9 @@ float guide_relative_depth(uint code) { return uintBitsToFloat(((code & 0xffffu)
 
 /* Ids at or below min_material are one class (min_material 4: all of them). */
 bool same_material(uint a, uint b) { return is_absent(NRD_ABSENT_MATERIALS) || max(a, g.min_material) == max(b, g.min_material); }
+
+/* The same of what guides have. */
+bool guide_same_material(uint a, uint b) { return is_absent(NRD_ABSENT_MATERIALS) || (HAS_MATERIALS ? same_material(a >> 30, b >> 30) : (a ^ b) < 0x40000000u); }
 
 /* The same for one signal where two have their own: which is NRD_MATERIAL_LEAST_DIFFUSE or _SPECULAR. */
 bool same_material_for(int which, uint a, uint b) { return !HAS_MATERIALS || max(a, special_material(which)) == max(b, special_material(which)); }

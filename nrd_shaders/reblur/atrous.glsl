@@ -1,43 +1,57 @@
 /* One sparse step of the edge-avoiding wavelet filter over (Y, Co, Cg, deviation of Y). The includer defines
-   vec4 load_color(int signal, ivec2 pixel) and bool CROSS, and binds in_guide; with SH it includes light_textures.glsl. CROSS: 4 taps along the axes (in noise, at random, along
+   vec4 load_color(int signal, ivec2 pixel) and bool CROSS, and binds in_guide. CROSS: 4 taps along the axes (in noise, at random, along
    the diagonals) instead of 8, for the step after the dense one: the later, full steps hide its pattern (two such steps in a row show a
-   plaid), and it costs half. In performance mode all steps are such, the middle one turned against the others: no plaid is left. */
+   plaid), and it costs half. In performance mode all steps are such, the middle one turned against the others: no plaid is left.
+   Where light comes from (light.glsl) stays as the dense step has left it: averaging it here too takes a quarter of the time of SH, for
+   3 to 9 % less error on bumpy surfaces. */
 #ifndef ATROUS_GLSL
 #define ATROUS_GLSL
 
-struct AtrousSums {
+struct AtrousSums {         /* of the neighbours */
     vec3 color;
     float weight;
     float noise;             /* sum of weight^2 * variance */
-    float luma, least;       /* of the centre; its variance, and the least that tells lumas apart */
-#ifdef SH
-    LightSums light;
-#endif
+    float around;            /* sum of the weights, the centre's among them, were all lumas alike */
+    float luma, luma_scale;  /* of the centre, times the scale that makes squared differences comparable with variances */
+    float least;             /* the centre's variance, and the least that tells lumas apart */
 };
+
+/* What the centre's variance counts for, the neighbour's being 1. With 1 the picture gets brighter where noise is skewed (moving reflections: by 2.1 %
+   for 1.9), with more bright pixels lose light to nobody. */
+const float OWN_DOUBT = 1.4;
 
 AtrousSums start_sums(vec4 color)
 {
     AtrousSums s;
-    s.color = color.xyz;
-    s.weight = 1.0;
-    s.noise = color.w * color.w;
-    s.luma = color.x;
-    s.least = s.noise + 1e-12 * color.x * color.x + 1e-24;
+    s.color = vec3(0.0);
+    s.weight = s.noise = 0.0;
+    s.around = 1.0;
+    s.luma_scale = 0.8408964 / g.luminance_sigma_scale;
+    s.luma = s.luma_scale * color.x;
+    s.least = OWN_DOUBT * color.w * color.w + 1e-12 * color.x * color.x + 1e-24;
     return s;
 }
 
-/* Both pixels' variances count: with the centre's alone dark pixels reject bright ones more than the reverse, and the picture darkens. */
-/* Returns the weight. */
-float add_tap(inout AtrousSums s, vec4 tap, float factor, float exponent)
+/* Two pixels give each other the same share of their difference, so that no light is lost: both pixels' variances count, and lumas that differ take
+   nothing off the sum that weights are divided by; the centre keeps what it does not give. Divided by what is left after lumas, a bright
+   pixel among dark ones would give more than they take.
+   Luma counts as (1 + x / sqrt(2))^-2, x the squared difference over its variance and luminance_sigma_scale^2: about exp(-sqrt(2) x), without a
+   sudden end. Powers of 1 and 4 and exp itself were tried: errors within 1 %. */
+void add_tap(inout AtrousSums s, vec4 tap, float factor, float exponent)
 {
-    float tap_variance = tap.w * tap.w;
-    float luma = abs(s.luma - tap.x) * inversesqrt(tap_variance + s.least);
-    float w = factor * exp2(exponent - LOG2_E * 1.4142136 / g.luminance_sigma_scale * luma);
-    if (!(w > 0.0)) return 0.0;   /* what is not usable may hold NaN */
+    float variance = tap.w * tap.w + s.least, off = s.luma - s.luma_scale * tap.x, alike = variance / (variance + off * off);
+    float around = factor * exp2(exponent), w = around * alike * alike;
+    if (!(w > 0.0)) return;   /* what is not usable may hold NaN */
+    s.around += around;
     s.color += w * tap.xyz;
-    s.noise += w * w * tap_variance;
+    s.noise += (w * tap.w) * (w * tap.w);
     s.weight += w;
-    return w;
+}
+
+vec4 finish_sums(AtrousSums s, vec4 color)
+{
+    float own = s.around - s.weight;
+    return vec4(s.color + own * color.xyz, sqrt(s.noise + own * own * color.w * color.w)) / s.around;
 }
 
 /* Relative deviation from which on the cross is turned at random: what it leaves behind in noise is a weave. */
@@ -57,21 +71,16 @@ void add_neighbour(Center c, Neighbour n, float kernel_weight, inout AtrousSums 
 {
     uvec2 guide = texelFetch(in_guide, n.pixel, 0).xy;
     float w = plane_weight(c, n, guide.x) * kernel_weight, bend = normal_bend(c, guide), normal_scale = -LOG2_E * g.normal_sensitivity;
-    SH_ONLY(vec4 light[SIGNALS]; load_lights(n.pixel, light);)
-    UNROLL for (int s = 0; s < SIGNALS; s++) IF_WORTH_IT(s) {
+    UNROLL for (int s = 0; s < SIGNALS; s++) IF_HEARD(s) {
         vec4 tap = load_color(s, n.pixel);
-        float added = add_tap(sums[s], tap, w * lobe_factor(c, s, guide), lobe_exponent(c, s, normal_scale, bend, n.squared));
-        SH_ONLY(if (added > 0.0) add_light(sums[s].light, light[s], tap.x, guide_tap_normal(guide), added);)
+        add_tap(sums[s], tap, w * lobe_factor(c, s, guide), lobe_exponent(c, s, normal_scale, bend, n.squared));
     }
 }
 
 void atrous(Center c, inout vec4 color[SIGNALS])
 {
     AtrousSums sums[SIGNALS];
-    UNROLL for (int s = 0; s < SIGNALS; s++) IF_WORTH_IT(s) {
-        sums[s] = start_sums(color[s]);
-        SH_ONLY(sums[s].light = no_light(); add_light(sums[s].light, lights[s], color[s].x, c.normal_vs, 1.0);)
-    }
+    UNROLL for (int s = 0; s < SIGNALS; s++) IF_HEARD(s) sums[s] = start_sums(color[s]);
     if (CROSS || has_flag(NRD_FLAG_PERFORMANCE)) {
         bool turned = is_turned(c.pixel, color) != (SPEC_ITERATION == 2u);
         UNROLL for (int i = 0; i < 4; i++) {
@@ -85,10 +94,7 @@ void atrous(Center c, inout vec4 color[SIGNALS])
             if (i != 4) add_neighbour(c, find_neighbour(c, grid), kernel(grid), sums);
         }
     }
-    UNROLL for (int s = 0; s < SIGNALS; s++) IF_WORTH_IT(s) {
-        color[s] = vec4(sums[s].color, sqrt(sums[s].noise)) / sums[s].weight;
-        SH_ONLY(lights[s] = finish_light(sums[s].light, c.receiver, s, mat3(g.view_to_world) * sums[s].light.normal / sums[s].weight, sums[s].color.x, FILTERED_SAMPLES * c.frames[s] * sums[s].weight);)
-    }
+    UNROLL for (int s = 0; s < SIGNALS; s++) IF_HEARD(s) color[s] = finish_sums(sums[s], color[s]);
 }
 
 #endif

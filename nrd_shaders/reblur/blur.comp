@@ -5,7 +5,7 @@
    short, then less and less, so that nothing is blurred twice for long.
    Also the third step (SPEC_ITERATION 2: post-blur 2), which goes the same way, from OUT to the packed intermediate: a sparse one, guided by
    the variance that the first has pooled: where the average is already certain, or the neighbour is certainly different, nothing is
-   mixed. Not fed back: history stays sharp.
+   mixed. Not fed back: history stays sharp. SH has no sparse step of its own: the plain denoiser's leave its light alone.
    A-trous: H. Dammertz et al., HPG 2010; pooled moments and feedback of the first step: C. Schied et al., HPG 2017. */
 #version 450
 #extension GL_GOOGLE_include_directive : require
@@ -34,10 +34,15 @@ layout(binding = SECOND + 2, rgba16f) uniform writeonly image2D out_spec_history
 layout(binding = SECOND + 3, rg32ui) uniform writeonly uimage2D out_spec;
 #endif
 
-#define SH_FROM_OUT
 #define SH_FIRST (FIRST + 4 * HAS_DIFFUSE + 4 * HAS_SPECULAR)
-#include "light_textures.glsl"
 #ifdef SH
+#ifdef DIFFUSE
+layout(binding = SH_FIRST) uniform sampler2D in_diff_light;
+#endif
+#ifdef SPECULAR
+layout(binding = SH_FIRST + HAS_DIFFUSE) uniform sampler2D in_spec_light;
+#endif
+layout(binding = SH_FIRST + HAS_DIFFUSE + HAS_SPECULAR, LIGHTS_FORMAT) uniform writeonly uimage2D out_lights;
 #define SH_HISTORY (SH_FIRST + 1 + HAS_DIFFUSE + HAS_SPECULAR)
 #ifdef DIFFUSE
 layout(binding = SH_HISTORY, rgba16f) uniform writeonly image2D out_diff_light_history;
@@ -45,6 +50,15 @@ layout(binding = SH_HISTORY, rgba16f) uniform writeonly image2D out_diff_light_h
 #ifdef SPECULAR
 layout(binding = SH_HISTORY + HAS_DIFFUSE, rgba16f) uniform writeonly image2D out_spec_light_history;
 #endif
+
+vec4 load_light(int s, ivec2 p) { OF_SIGNAL(s, return texelFetch(in_diff_light, p, 0), return texelFetch(in_spec_light, p, 0)) }
+
+void store_lights(ivec2 p, vec4 lights[SIGNALS])
+{
+    uvec4 words = uvec4(0u);
+    UNROLL for (int s = 0; s < SIGNALS; s++) words[s] = pack_light(lights[s]);
+    imageStore(out_lights, p, words);
+}
 
 void store_light_history(int s, ivec2 p, vec4 v) { OF_SIGNAL(s, imageStore(out_diff_light_history, p, v), imageStore(out_spec_light_history, p, v)) }
 #endif
@@ -61,9 +75,6 @@ void store_color(int s, ivec2 p, uvec2 v) { OF_SIGNAL(s, imageStore(out_diff, p,
 #endif
 #include "../common/tiles.glsl"
 #include "cells.glsl"
-
-const bool CROSS = false;
-#include "atrous.glsl"
 
 struct Sums {
     vec3 color;
@@ -104,14 +115,25 @@ float changed_frames(float frames, vec4 change) { return max(mix(frames, min(fra
 float short_history_slack(float frames) { return 1.0 + g.history_fix_frames * g.history_fix_frames / (frames * frames); }
 
 #ifdef SH
-/* History gets the same mix of the pixel's own and the filtered light as it gets of colours. */
-void mix_lights(ivec2 pixel, int signal, float luma, Sums s, Receiver receiver, float frames)
+/* History gets the same mix of the pixel's own and the filtered light as it gets of colours. Returns the filtered one. */
+vec4 mix_light(ivec2 pixel, int signal, vec4 own, float luma, Sums s, Receiver receiver, float frames)
 {
-    vec4 own = lights[signal], filtered = finish_light(s.light, receiver, signal, mat3(g.view_to_world) * s.light.normal / s.weight, s.color.x, s.weight * s.weight / s.noise);
+    vec4 filtered = finish_light(s.light, receiver, signal, mat3(g.view_to_world) * s.light.normal / s.weight, s.color.x, s.weight * s.weight / s.noise);
     float share = min(1.0, g.feedback_frames / frames), filtered_luma = s.color.x / s.weight;
     vec4 kept = mix(own * luma, filtered * filtered_luma, share);
     store_light_history(signal, pixel, round_half(relative_light(kept.xyz, kept.w, mix(luma, filtered_luma, share))));
-    lights[signal] = filtered;
+    return filtered;
+}
+
+void store_light(ivec2 pixel, uvec2 guide, vec4 color[SIGNALS], Sums sums[SIGNALS], float frames[SIGNALS])
+{
+    Receiver receiver = make_receiver(guide, pixel_uv(pixel), guide_relative_depth(guide.x) * g.denoising_range, guide_roughness(guide));
+    vec4 lights[SIGNALS];
+    UNROLL for (int s = 0; s < SIGNALS; s++) {
+        lights[s] = cell_light(s, cell_at(ivec2(0)));
+        IF_HEARD(s) lights[s] = mix_light(pixel, s, lights[s], color[s].x, sums[s], receiver, frames[s]);
+    }
+    store_lights(pixel, lights);
 }
 #endif
 
@@ -162,11 +184,10 @@ void blur(ivec2 pixel, uvec2 guide)
         if (limited) color[s] = cut(color[s], ceiling[s]);
         sums[s] = no_sums(color[s].x);
         add(sums[s], color[s], frames[s], 1.0);
+        SH_ONLY(add_light(sums[s].light, cell_light(s, cell_at(ivec2(0))), color[s].x, guide_tap_normal(guide), frames[s]);)
     }
-    SH_ONLY(load_lights(pixel, lights);)
     float slack = short_history_slack(frames[0]), normal_scale = -LOG2_E * g.normal_sensitivity / slack;
     Center c = make_center(pixel, guide, slack, TRACKED(pixel));
-    SH_ONLY(UNROLL for (int s = 0; s < SIGNALS; s++) add_light(sums[s].light, lights[s], color[s].x, c.normal_vs, frames[s]);)
     UNROLL for (int i = 0; i < 9; i++) {
         if (i == 4 || !is_filtering()) continue;
         ivec2 grid = ivec2(i % 3, i / 3) - 1;
@@ -185,20 +206,22 @@ void blur(ivec2 pixel, uvec2 guide)
         }
     }
     UNROLL for (int s = 0; s < SIGNALS; s++) IF_HEARD(s) store(pixel, s, color[s], sums[s], frames[s], change[s]);
-    SH_ONLY(UNROLL for (int s = 0; s < SIGNALS; s++) IF_HEARD(s) mix_lights(pixel, s, color[s].x, sums[s], c.receiver, frames[s]);)
-    SH_ONLY(store_lights(pixel);)
+    SH_ONLY(store_light(pixel, guide, color, sums, frames);)
 }
+
+#ifndef SH   /* whose third step is that of the plain denoiser */
+const bool CROSS = false;
+#include "atrous.glsl"
 
 /* The third step. */
 void post_blur(ivec2 pixel, uvec2 guide)
 {
     vec4 color[SIGNALS];
     UNROLL for (int s = 0; s < SIGNALS; s++) color[s] = load_color(s, pixel);
-    SH_ONLY(load_lights(pixel, lights);)
     atrous(make_center(pixel, guide, 1.0, TRACKED(pixel)), color);
     UNROLL for (int s = 0; s < SIGNALS; s++) IF_HEARD(s) store_color(s, pixel, pack_texel(color[s]));
-    SH_ONLY(store_lights(pixel);)
 }
+#endif
 
 void process(ivec2 pixel)
 {
@@ -208,5 +231,7 @@ void process(ivec2 pixel)
     if (guide_is_sky(guide.x)) return;
     HEAR(guide);
     if (SPEC_ITERATION == 0u) blur(pixel, guide);
+#ifndef SH
     else post_blur(pixel, guide);
+#endif
 }

@@ -1,6 +1,6 @@
 /* The taps of a dense 3x3 step, from the group's memory: each texel is fetched 1.6 times for 64 pixels instead of 9 times a pixel. On an H200 it
    takes 7 to 14 % off the first blur; steps with gaps gain nothing, as the group's surroundings grow with them.
-   The includer binds in_guide, includes tiles.glsl, and defines load_color() and with SH load_lights(); its taps are halves, and stay exact. */
+   The includer binds in_guide, includes tiles.glsl, and defines load_color() and with SH load_light(); its taps are halves, and stay exact. */
 #ifndef CELLS_GLSL
 #define CELLS_GLSL
 
@@ -24,8 +24,7 @@ void load_cell(ivec2 place)
     int cell = place.y * CELLS_SIDE + place.x;
     s_guide[cell] = in_rect(pixel) ? texelFetch(in_guide, inside, 0).xy : uvec2(GUIDE_SKY, 0u);
     UNROLL for (int s = 0; s < SIGNALS; s++) s_color[s][cell] = pack_halves(load_color(s, inside));
-    SH_ONLY(vec4 light[SIGNALS]; load_lights(inside, light);)
-    SH_ONLY(UNROLL for (int s = 0; s < SIGNALS; s++) s_light[s][cell] = pack_halves(light[s]);)
+    SH_ONLY(UNROLL for (int s = 0; s < SIGNALS; s++) s_light[s][cell] = pack_halves(load_light(s, inside));)
 }
 
 /* All threads of a group enter: each loads its own pixel, 18 of each half a side and a half of those around. */

@@ -1,5 +1,5 @@
-/* Built with -DSH: where a signal's light comes from. It goes through every average of colours with the same weights. A pixel keeps it
-   relative to its luma, so that edits of luma need not touch it:
+/* Built with -DSH: where a signal's light comes from. It goes through the averages over time, of the pre-pass and of the dense filter step with
+   the weights of the colours; in the sparse steps it stays as it is. A pixel keeps it relative to its luma, so that edits of luma need not touch it:
    xyz   mean of direction times luma, over luma; length at most 1, world space
    w     gain: luma under the pixel's own normal over luma, [1/4, 4]
    An average over pixels shows light on their mean normal; right after it, the gain rises or falls by how much more or less of that light
@@ -15,8 +15,6 @@
 #endif
 
 #ifdef SH
-vec4 lights[SIGNALS];   /* of this invocation's pixel */
-
 struct LightSums {
     vec3 moment;       /* sum of weight * luma * xyz */
     float resolved;    /* sum of weight * luma * gain */
@@ -34,6 +32,7 @@ const float LEAST_COSINE = 0.2;      /* of light to the normal: light along the 
 const float LEAST_LOBE = 0.01;       /* squared width of the specular lobe below which stored normals are too coarse */
 const float NOISE = 2.0;             /* squared deviations of noise that a direction must exceed; 1 to 6 tried: less adds noise to glossy bumps */
 const float FILTERED_SAMPLES = 4.0;  /* samples per frame of history, once the first filter has pooled them */
+const float SAME_NORMAL = 5e-4;      /* 1 - cos of 1.8 degrees: where the mean is so near, nothing is turned */
 const float LARGEST_TURN = 0.5;      /* by one average, of luma; 0.3 to 3 tried: more recovers a little more and is brighter (3: by 13 %), as turns are skewed */
 
 LightSums no_light() { return LightSums(vec3(0.0), 0.0, vec3(0.0)); }
@@ -84,6 +83,7 @@ float diffuse_turn(Receiver r, vec3 moment, float luma, vec3 mean_normal, float 
    multiple; count: samples behind them. */
 float own_normal_turn(Receiver r, int signal, vec3 moment, float luma, vec3 mean_normal, float count)
 {
+    if (dot(mean_normal, r.normal) > 1.0 - SAME_NORMAL) return 0.0;
     float turn = 0.0;
 #ifdef SPECULAR
     if (signal == SPECULAR_SIGNAL) turn = specular_turn(r, moment, mean_normal, count);
@@ -104,6 +104,13 @@ vec4 finish_light(LightSums s, Receiver r, int signal, vec3 mean_normal, float l
 {
     return relative_light(s.moment, s.resolved + luma_sum * own_normal_turn(r, signal, s.moment, luma_sum, mean_normal, count), luma_sum);
 }
+
+/* Between the filter's steps one texel holds the lights of all signals, packed. */
+#if defined(DIFFUSE) && defined(SPECULAR)
+#define LIGHTS_FORMAT rg32ui
+#else
+#define LIGHTS_FORMAT r32ui
+#endif
 
 /* In 32 bits: 8 per component, -1 to 1 as 1 to 255, the gain as a logarithm. */
 uint pack_light(vec4 light) { return packSnorm4x8(vec4(light.xyz, 0.5 * log2(light.w))) ^ 0x80808080u; }

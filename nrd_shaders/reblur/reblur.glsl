@@ -12,12 +12,7 @@ struct Center {
     Plane plane;        /* distance 1 is the tolerance; in steps */
     vec2 normal;        /* stereographic */
     float bend_scale;   /* of normal_bend() */
-    uint material, own_material;   /* material: those that are one class have one number */
-#ifdef SH
-    vec3 normal_vs;
-    Receiver receiver;
-    float frames[SIGNALS];
-#endif
+    uint code;          /* of the guide */
 #ifdef SPECULAR
     float roughness_point, roughness_scale;
     float lobe_scale;       /* exponent per 1 - cos of the angle to a neighbour's normal */
@@ -77,17 +72,13 @@ Center make_center(ivec2 pixel, uvec2 guide, float slack, float tracked)
     c.pixel = pixel;
     c.normal = guide_tap_point(guide);
     c.bend_scale = 2.0 / (1.0 + dot(c.normal, c.normal));
-    c.own_material = guide.x >> 30;
-    c.material = max(c.own_material, g.min_material);
+    c.code = guide.x;
     float z = guide_relative_depth(guide.x) * g.denoising_range;
 #ifdef SPECULAR
     c.roughness_point = guide_roughness_point(guide);
     set_lobe(c, guide_roughness(guide), tracked, z, pixel_uv(pixel));
 #endif
     vec2 uv = pixel_uv(pixel);
-    SH_ONLY(UNROLL for (int s = 0; s < SIGNALS; s++) c.frames[s] = guide_frames(guide, s);)
-    SH_ONLY(c.normal_vs = guide_normal(c.normal);)
-    SH_ONLY(c.receiver = make_receiver(guide, uv, z, guide_roughness(guide));)
     float scale = 1.0 / plane_tolerance(g.plane_distance_sensitivity * slack, z);
     c.plane = make_plane(guide_normal(c.normal), view_position(uv, z, g.frustum, g.orthographic), uv, float(push.step_size) * g.px_uv.xy, g.frustum,
                          g.orthographic, scale, g.denoising_range);
@@ -100,7 +91,7 @@ Neighbour find_neighbour(Center c, ivec2 grid)
     Neighbour n;
     n.pixel = c.pixel + grid * push.step_size;
     n.inside = all(lessThan(uvec2(n.pixel), uvec2(rect_size())));
-    if (!n.inside) n.pixel = c.pixel;
+    if (!n.inside) n.pixel = c.pixel;   /* on NVIDIA clamping takes 8 registers and 1 % of the time more */
     vec2 x = vec2(c.plane.along_z.y, c.plane.across.y), y = vec2(c.plane.along_z.z, c.plane.across.z);
     n.slope = (grid.x > 0 ? x : grid.x < 0 ? -x : vec2(0.0)) + (grid.y > 0 ? y : grid.y < 0 ? -y : vec2(0.0));
     n.squared = grid.x != 0 && grid.y != 0 ? 2.0 : 1.0;
@@ -111,7 +102,7 @@ Neighbour find_neighbour(Center c, ivec2 grid)
 float plane_weight(Center c, Neighbour n, uint code)
 {
     float distance = abs(guide_relative_depth(code) * (c.plane.along_z.x + n.slope.x) + (c.plane.across.x + n.slope.y));
-    bool usable = n.inside && !guide_is_sky(code) && (is_absent(NRD_ABSENT_MATERIALS) || max(code >> 30, g.min_material) == c.material);
+    bool usable = n.inside && !guide_is_sky(code) && guide_same_material(code, c.code);
     return usable ? clamp(1.0 - distance, 0.0, 1.0) : 0.0;
 }
 
@@ -126,7 +117,7 @@ float lobe_exponent(Center c, int signal, float normal_scale, float bend, float 
 
 float lobe_factor(Center c, int signal, uvec2 guide)
 {
-    if (!same_material_for(signal == SPECULAR_SIGNAL ? NRD_MATERIAL_LEAST_SPECULAR : NRD_MATERIAL_LEAST_DIFFUSE, guide.x >> 30, c.own_material)) return 0.0;
+    if (!same_material_for(signal == SPECULAR_SIGNAL ? NRD_MATERIAL_LEAST_SPECULAR : NRD_MATERIAL_LEAST_DIFFUSE, guide.x >> 30, c.code >> 30)) return 0.0;
 #ifdef SPECULAR
     IF_SILENT(guide, signal) return 0.0;
     if (signal == SPECULAR_SIGNAL) return clamp(1.0 - abs(guide_roughness_point(guide) - c.roughness_point) * c.roughness_scale, 0.0, 1.0);

@@ -11,7 +11,7 @@ struct History {
     float stabilized;
     float bend;      /* 1 - cos of the mean angle to the normals of that history */
 #ifdef SH
-    LightSums light; /* times luma; weights sum to 1 */
+    LightSums light; /* times luma; weights sum to 1. No normal unless bend is above SAME_NORMAL */
     bool turns;      /* false: found along a curved mirror, where normals differ as they should */
 #endif
 };
@@ -83,6 +83,16 @@ History no_history()
     return h;
 }
 
+#ifdef SH
+/* World. Shorter than 1 where the texels' normals differ. */
+vec3 mean_footprint_normal(Footprint f, vec4 weights)
+{
+    vec3 sum = vec3(0.0);
+    for (int i = 0; i < TEXELS; i++) if (weights[i] > 0.0) sum += weights[i] * guide_tap_normal(uvec2(f.guides[i], f.seconds[i]));
+    return sum * mat3(g.world_to_view_prev);
+}
+#endif
+
 /* Custom bilinear: the texels of the footprint that are the same surface, renormalised. */
 History fetch_history(Footprint f, vec4 weights, int signal, vec3 normal_ws)
 {
@@ -104,9 +114,9 @@ History fetch_history(Footprint f, vec4 weights, int signal, vec3 normal_ws)
         ivec2 texel = f.base + ivec2(i & 1, i >> 1);
         vec4 color = load_history(signal, texel);
         h.color += w[i] * color;
-        SH_ONLY(add_light(h.light, load_light_history(signal, texel), color.x, guide_tap_normal(uvec2(f.guides[i], f.seconds[i])), w[i]);)
+        SH_ONLY(add_light(h.light, load_light_history(signal, texel), color.x, vec3(0.0), w[i]);)
     }
-    SH_ONLY(h.light.normal = h.light.normal * mat3(g.world_to_view_prev);)
+    SH_ONLY(if (h.bend > SAME_NORMAL) h.light.normal = mean_footprint_normal(f, w);)
     h.hit_dist /= sampled;
     h.frames *= sqrt(min(sum, 1.0));   /* part of the footprint is gone: the rest is stretched */
     return h;

@@ -36,8 +36,20 @@ vec4 load_color(int s, ivec2 p) { OF_SIGNAL(s, return unpack_texel(texelFetch(in
 vec4 load_change(int s, vec2 px) { OF_SIGNAL(s, return sample_tiles(in_diff_tile, px, rect_size(), g.tile_uv.xy), return sample_tiles(in_spec_tile, px, rect_size(), g.tile_uv.xy)) }
 void store_stabilized(int s, ivec2 p, vec4 v) { OF_SIGNAL(s, imageStore(out_diff_stabilized, p, v), imageStore(out_spec_stabilized, p, v)) }
 void store_color(int s, ivec2 p, vec4 v) { OF_SIGNAL(s, imageStore(out_diff, p, v), imageStore(out_spec, p, v)) }
+
 #define SH_FIRST (FIRST + 4 * HAS_DIFFUSE + 4 * HAS_SPECULAR)
-#include "light_textures.glsl"
+#ifdef SH
+layout(binding = SH_FIRST) uniform usampler2D in_lights;
+#ifdef DIFFUSE
+layout(binding = SH_FIRST + 1, rgba16f) uniform writeonly image2D out_diff_light;
+#endif
+#ifdef SPECULAR
+layout(binding = SH_FIRST + 1 + HAS_DIFFUSE, rgba16f) uniform writeonly image2D out_spec_light;
+#endif
+
+void store_light(int s, ivec2 p, vec4 light) { vec4 v = round_half(light); OF_SIGNAL(s, imageStore(out_diff_light, p, v), imageStore(out_spec_light, p, v)) }
+#endif
+
 const bool CROSS = SPEC_ITERATION == 1u;
 #include "atrous.glsl"
 
@@ -78,7 +90,8 @@ float norm_hit_dist(ivec2 pixel, uvec2 guide, int signal, Track track)
     return track.hit_dist;
 }
 
-void finish(ivec2 pixel, uvec2 guide, int signal, Track track, vec4 color)
+/* Returns the luma. */
+float finish(ivec2 pixel, uvec2 guide, int signal, Track track, vec4 color)
 {
     vec4 change = has_flag(NRD_FLAG_ANTILAG) ? load_change(signal, vec2(pixel) + 0.5) : vec4(0.0, 1.0, 0.0, 0.0);
     float frames = guide_frames(guide, signal), luma = min(stabilize(color, frames, track.stabilized, change), 65504.0);
@@ -86,7 +99,7 @@ void finish(ivec2 pixel, uvec2 guide, int signal, Track track, vec4 color)
     if (!is_absent(NRD_ABSENT_STABILIZATION)) store_stabilized(signal, pixel, dither_to_half(vec4(luma), hash(uint(pixel.x), uint(pixel.y), g.frame_index) >> 8));
     float w = has_flag(NRD_FLAG_RETURN_HISTORY) ? frames : norm_hit_dist(pixel, guide, signal, track);
     store_color(signal, pixel, round_color(vec4(clamp(color.xyz, -65504.0, 65504.0), w)));
-    SH_ONLY(store_light(signal, pixel, vec4(lights[signal].xyz * luma, lights[signal].w));)
+    return luma;
 }
 
 #ifdef SH
@@ -108,12 +121,14 @@ void process(ivec2 pixel)
         tracks[s] = unpack_track(TRACK_WORD(pixel, guide, s));
         color[s] = load_color(s, pixel);
     }
-    SH_ONLY(load_lights(pixel, lights);)
     if (is_filtering()) atrous(make_center(pixel, guide, 1.0, tracks[SIGNALS - 1].hit_dist), color);
     if (SPEC_ITERATION == 1u) {
         UNROLL for (int s = 0; s < SIGNALS; s++) IF_HEARD(s) store_color(s, pixel, round_color(color[s]));
-        SH_ONLY(store_lights(pixel);)
         return;
     }
-    UNROLL for (int s = 0; s < SIGNALS; s++) IF_HEARD(s) finish(pixel, guide, s, tracks[s], color[s]);
+    SH_ONLY(uvec4 lights = texelFetch(in_lights, pixel, 0);)
+    UNROLL for (int s = 0; s < SIGNALS; s++) IF_HEARD(s) {
+        float luma = finish(pixel, guide, s, tracks[s], color[s]);
+        SH_ONLY(vec4 light = unpack_light(lights[s]); store_light(s, pixel, vec4(light.xyz * luma, light.w));)
+    }
 }

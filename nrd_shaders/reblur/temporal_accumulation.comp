@@ -209,7 +209,7 @@ const float GAIN_LEAK = 0.25, SPECULAR_GAIN_LEAK = 0.5;
 /* What the history's light is on the pixel's own normal. */
 void turn_history(inout History h, Receiver r, int signal)
 {
-    float turn = own_normal_turn(r, signal, h.light.moment, h.color.x, h.light.normal, FILTERED_SAMPLES * h.frames);
+    float turn = h.bend <= SAME_NORMAL ? 0.0 : own_normal_turn(r, signal, h.light.moment, h.color.x, h.light.normal, FILTERED_SAMPLES * h.frames);
     h.light.resolved = mix(h.light.resolved, h.color.x, signal == SPECULAR_SIGNAL ? SPECULAR_GAIN_LEAK : GAIN_LEAK) + h.color.x * turn;
 }
 
@@ -260,10 +260,9 @@ void denoise(ivec2 pixel)
 #ifdef SPECULAR
     guide.y = guide_pack_fine(normal_vs);
 #endif
-    SH_ONLY(Receiver receiver = make_receiver(guide, pixel_uv(pixel), z, surface.roughness);)
 #ifdef DIFFUSE
     History diffuse = fetch_history(f, f.weights * material_agreement(f, surface.material_id, NRD_MATERIAL_LEAST_DIFFUSE), 0, surface.normal);
-    SH_ONLY(if (diffuse.frames > 0.0) turn_history(diffuse, receiver, 0);)
+    SH_ONLY(if (diffuse.frames > 0.0) turn_history(diffuse, make_receiver(guide, pixel_uv(pixel), z, surface.roughness), 0);)
     if (diffuse.frames > 0.0) diffuse.frames = min(min(shorten(diffuse.frames, 0, r.uv), bend_limit(diffuse, 1.0)), g.max_accumulated_frames);
     vec4 noisy_diffuse = load_sample(0, pixel, z);
     if (is_reconstructed()) noisy_diffuse.w = load_reconstructed(0, pixel);
@@ -284,7 +283,7 @@ void denoise(ivec2 pixel)
         f.weights *= sounding(f);
         if (tracking.q < 0.0) tracking = recall_tracking(f);
         History specular = find_specular_history(pixel, z, r, f, surface, tracking, uv_history);
-        SH_ONLY(if (specular.frames > 0.0 && specular.turns) turn_history(specular, receiver, SPECULAR_SIGNAL);)
+        SH_ONLY(if (specular.frames > 0.0 && specular.turns) turn_history(specular, make_receiver(guide, pixel_uv(pixel), z, surface.roughness), SPECULAR_SIGNAL);)
         if (specular.frames > 0.0) specular.frames = min(shorten(specular.frames, SPECULAR_SIGNAL, uv_history), responsive_limit(surface.roughness));
         specular.hit_dist = tracking.q;   /* as measured: its average would follow a change of what is reflected too late */
         vec4 noisy = load_sample(SPECULAR_SIGNAL, pixel, z);
