@@ -80,7 +80,7 @@ typedef struct nrd_vk_needs {
     uint32_t max_per_stage_sampled_images;          /* also samplers */
     uint32_t max_per_stage_storage_images;
     uint64_t permanent_bytes, transient_bytes;      /* device memory before the device's own alignment and padding */
-    VkDescriptorPoolSize descriptors[4];            /* for each frame in flight a descriptor pool must have these left .. */
+    VkDescriptorPoolSize descriptors[5];            /* for each frame in flight a descriptor pool must have these left .. */
     uint32_t descriptor_type_count;                 /* .. as many of them as this tells .. */
     uint32_t descriptor_sets;                       /* .. and sets */
 } nrd_vk_needs;
@@ -460,16 +460,20 @@ static void nrdi_vk_need_format(nrd_vk_needs *needs, nrd_format format)
 static void nrdi_vk_need_descriptors(const nrd_info *info, nrd_vk_needs *out)
 {
     static const VkDescriptorType types[] = { VK_DESCRIPTOR_TYPE_UNIFORM_BUFFER_DYNAMIC, VK_DESCRIPTOR_TYPE_STORAGE_IMAGE,
-                                              VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER, VK_DESCRIPTOR_TYPE_STORAGE_BUFFER };
-    for (uint32_t i = 0; i < 4; i++) out->descriptors[i].type = types[i];
+                                              VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER, VK_DESCRIPTOR_TYPE_STORAGE_BUFFER,
+                                              VK_DESCRIPTOR_TYPE_UNIFORM_BUFFER };
+    for (uint32_t i = 0; i < 5; i++) out->descriptors[i].type = types[i];
     for (uint32_t i = 0; i < info->pass_count; i++) {
         const nrd_pipeline *pipeline = &info->pipelines[info->passes[i].pipeline];
         out->descriptors[0].descriptorCount++;
         out->descriptors[1].descriptorCount += nrdi_vk_count(pipeline, NRD_ACCESS_WRITE);
         out->descriptors[2].descriptorCount += nrdi_vk_count_reads(pipeline);
         out->descriptors[3].descriptorCount += nrdi_vk_count(pipeline, NRD_ACCESS_BUFFER);
+        out->descriptors[4].descriptorCount += nrdi_vk_count(pipeline, NRD_ACCESS_UNIFORM);
     }
-    out->descriptor_type_count = out->descriptors[3].descriptorCount ? 4 : 3;
+    out->descriptor_type_count = 5;
+    for (uint32_t i = out->descriptor_type_count; i-- > 0;)   /* a pool must not be asked for none of a type */
+        if (!out->descriptors[i].descriptorCount) out->descriptors[i] = out->descriptors[--out->descriptor_type_count];
     out->descriptor_sets = info->pass_count;
 }
 
@@ -688,6 +692,7 @@ static nrd_result nrdi_vk_create_samplers(nrd_vk *vk)
 static VkDescriptorType nrdi_vk_descriptor_type(nrd_access access)
 {
     if (access == NRD_ACCESS_BUFFER) return VK_DESCRIPTOR_TYPE_STORAGE_BUFFER;
+    if (access == NRD_ACCESS_UNIFORM) return VK_DESCRIPTOR_TYPE_UNIFORM_BUFFER;
     return access == NRD_ACCESS_WRITE ? VK_DESCRIPTOR_TYPE_STORAGE_IMAGE : VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER;
 }
 
@@ -1478,8 +1483,10 @@ static void nrdi_vk_need_memory(nrdi_vk_batch *batch)
 {
     nrdi_vk_need_execution(batch);
     batch->from_access |= VK_ACCESS_SHADER_WRITE_BIT;
-    batch->to_access |= VK_ACCESS_SHADER_READ_BIT | VK_ACCESS_SHADER_WRITE_BIT | VK_ACCESS_INDIRECT_COMMAND_READ_BIT;
+    batch->to_access |= VK_ACCESS_SHADER_READ_BIT | VK_ACCESS_SHADER_WRITE_BIT | VK_ACCESS_UNIFORM_READ_BIT | VK_ACCESS_INDIRECT_COMMAND_READ_BIT;
 }
+
+static bool nrdi_vk_writes(nrd_access access) { return access == NRD_ACCESS_WRITE || access == NRD_ACCESS_BUFFER; }
 
 static void nrdi_vk_need(nrd_vk *vk, nrdi_vk_image *image, nrd_access access)
 {
@@ -1489,7 +1496,7 @@ static void nrdi_vk_need(nrd_vk *vk, nrdi_vk_image *image, nrd_access access)
         image->present = true;
     }
     if (image->written_at > vk->visible_at) nrdi_vk_need_memory(&vk->batch);
-    if (access >= NRD_ACCESS_WRITE && image->read_at > vk->executed_at) nrdi_vk_need_execution(&vk->batch);
+    if (nrdi_vk_writes(access) && image->read_at > vk->executed_at) nrdi_vk_need_execution(&vk->batch);
 }
 
 /* The first recording ever: permanent images get zeros, so that nothing reads what the memory happened to hold. */
@@ -1545,14 +1552,14 @@ static void nrdi_vk_end(nrd_vk *vk, VkCommandBuffer cmd, const nrd_vk_frame *fra
 
 /* ---------------------------------------------------------------------------------------------------------------------------
    Recording  >>record */
-static void nrdi_vk_update_buffer(nrd_vk *vk, uint32_t set, uint32_t binding, uint32_t texture)
+static void nrdi_vk_update_buffer(nrd_vk *vk, uint32_t set, uint32_t binding, const nrd_binding *from)
 {
-    VkDescriptorBufferInfo buffer = { vk->constants, nrdi_vk_groups_of(vk, texture), vk->info->textures[texture].bytes };
+    VkDescriptorBufferInfo buffer = { vk->constants, nrdi_vk_groups_of(vk, from->texture), vk->info->textures[from->texture].bytes };
     NRDI_VK_STRUCT(VkWriteDescriptorSet, write, VK_STRUCTURE_TYPE_WRITE_DESCRIPTOR_SET);
     write.dstSet = vk->sets[set];
     write.dstBinding = binding;
     write.descriptorCount = 1;
-    write.descriptorType = VK_DESCRIPTOR_TYPE_STORAGE_BUFFER;
+    write.descriptorType = nrdi_vk_descriptor_type(from->access);
     write.pBufferInfo = &buffer;
     vk->fn.vkUpdateDescriptorSets(vk->desc.device, 1, &write, 0, NULL);
 }
@@ -1562,8 +1569,8 @@ static void nrdi_vk_update_set(nrd_vk *vk, uint32_t set, const nrd_dispatch *dis
     const nrd_pipeline *pipeline = &vk->info->pipelines[dispatch->pipeline];
     uint32_t count = 0;
     for (uint32_t i = 0; i < dispatch->binding_count; i++) {
-        if (dispatch->bindings[i].access == NRD_ACCESS_BUFFER) {
-            nrdi_vk_update_buffer(vk, set, i + 1, dispatch->bindings[i].texture);
+        if (dispatch->bindings[i].access >= NRD_ACCESS_BUFFER) {
+            nrdi_vk_update_buffer(vk, set, i + 1, &dispatch->bindings[i]);
             continue;
         }
         const nrdi_vk_image *image = nrdi_vk_image_of(vk, &dispatch->bindings[i]);
@@ -1596,7 +1603,7 @@ static void nrdi_vk_synchronise(nrd_vk *vk, VkCommandBuffer cmd, const nrd_dispa
     vk->now++;
     for (uint32_t i = 0; i < dispatch->binding_count; i++) {
         nrdi_vk_image *image = nrdi_vk_image_of(vk, &dispatch->bindings[i]);
-        if (dispatch->bindings[i].access >= NRD_ACCESS_WRITE) image->written_at = vk->now;
+        if (nrdi_vk_writes(dispatch->bindings[i].access)) image->written_at = vk->now;
         else image->read_at = vk->now;
     }
     if (groups) groups->read_at = vk->now;

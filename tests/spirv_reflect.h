@@ -104,7 +104,7 @@ static inline void spirv_read_variable(const uint32_t *words, size_t count, spir
     m->bindings[binding] = spirv_classify(m, type);
     if (storage == SPV_STORAGE_BUFFER) m->bindings[binding].kind = SPIRV_STORAGE_BUFFER;
     m->other_set |= spirv_decoration(words, count, at[2], SPV_DECORATION_DESCRIPTOR_SET) != 0;
-    if (storage == SPV_STORAGE_UNIFORM) spirv_read_block(words, count, m, type, &m->uniform);
+    if (storage == SPV_STORAGE_UNIFORM && binding == 0) spirv_read_block(words, count, m, type, &m->uniform);
 }
 
 static inline void spirv_read_head(spirv_module *m, const uint32_t *at)

@@ -58,11 +58,11 @@ static bool same_place(const device *d, const nrd_binding *a, const nrd_binding 
 }
 
 static bool is_read(const nrd_binding *b) { return b->access != NRD_ACCESS_WRITE; }
-static bool is_written(const nrd_binding *b) { return b->access >= NRD_ACCESS_WRITE; }
+static bool is_written(const nrd_binding *b) { return b->access == NRD_ACCESS_WRITE || b->access == NRD_ACCESS_BUFFER; }
 
 static void check_binding(const device *d, const nrd_dispatch *at, const nrd_binding *b)
 {
-    bool stored = is_written(b), buffer = b->access == NRD_ACCESS_BUFFER;
+    bool stored = is_written(b), buffer = b->access == NRD_ACCESS_BUFFER || b->access == NRD_ACCESS_UNIFORM;
     if (b->resource != NRD_RESOURCE_INTERNAL) {
         REQUIRE(b->resource < NRD_RESOURCE_COUNT && nrd_uses_resource(d->instance, b->resource), "%s: an image that was not announced", at->name);
         REQUIRE(!stored || nrd_resource_format(b->resource) != NRD_FORMAT_ANY, "%s writes the input %s", at->name, nrd_resource_name(b->resource));

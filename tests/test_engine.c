@@ -479,7 +479,7 @@ static void a_pool_that_is_too_small_is_named_and_keeps_what_it_has(void **state
         pool.room = enough;
         types++;
     }
-    assert_int_equal(types, 5);
+    assert_int_equal(types, 6);
     assert_int_equal(nrd_vk_create(&desc, &r.vk), NRD_RESULT_OK);
     rig_run(&r, false);
     rig_close(&r);

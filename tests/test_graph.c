@@ -279,7 +279,8 @@ static void passes_on_listed_tiles_have_the_number_of_groups_of_their_frame(void
             if (frame > 0) assert_int_equal(groups->texture, cleared);
             for (uint32_t d = 1; d < r.count; d++) {
                 const nrd_dispatch *at = &r.dispatches[d];
-                bool lists = same_resource(&at->bindings[at->binding_count - 1], list), any_tile = strncmp(at->name, "lighting change", 15) == 0;
+                bool lists = same_resource(&at->bindings[at->binding_count - 2], list), any_tile = strncmp(at->name, "lighting change", 15) == 0;
+                if (lists) assert_true(same_resource(&at->bindings[at->binding_count - 1], groups) && at->bindings[at->binding_count - 1].access == NRD_ACCESS_UNIFORM);
                 assert_int_equal(at->indirect, lists || any_tile ? 1 + groups->texture : 0);
                 assert_int_equal(at->indirect_offset, any_tile ? 16 : 0);
                 assert_true(at->indirect_offset + 12 <= info->textures[groups->texture].bytes);

@@ -191,6 +191,7 @@ static void push_constants_are_those_of_nrd_dispatch(void **state)
 static spirv_kind kind_of(nrd_access access)
 {
     if (access == NRD_ACCESS_BUFFER) return SPIRV_STORAGE_BUFFER;
+    if (access == NRD_ACCESS_UNIFORM) return SPIRV_UNIFORM_BLOCK;
     return access == NRD_ACCESS_WRITE ? SPIRV_STORAGE_IMAGE : SPIRV_COMBINED_SAMPLER;
 }
 
@@ -225,7 +226,8 @@ static void passes_bind_at_most_25_sampled_and_8_storage_images(void **state)
     const nrd_info *info = nrd_get_info(instance);
     for (uint32_t i = 0; i < info->pipeline_count; i++) {
         uint32_t count[2] = { 0, 0 };
-        for (uint32_t b = 0; b < info->pipelines[i].binding_count; b++) count[info->pipelines[i].access[b] == NRD_ACCESS_WRITE]++;
+        for (uint32_t b = 0; b < info->pipelines[i].binding_count; b++)
+            if (info->pipelines[i].access[b] < NRD_ACCESS_BUFFER) count[info->pipelines[i].access[b] == NRD_ACCESS_WRITE]++;
         for (int k = 0; k < 2; k++)
             if (count[k] > most[k]) most[k] = count[k];
     }
@@ -259,7 +261,7 @@ static void check_formats(const nrd_info *info, const nrd_dispatch *d)
     for (uint32_t b = 0; b < d->binding_count; b++) {
         const nrd_binding *bound = &d->bindings[b];
         const spirv_binding *declared = &m->bindings[b + 1];
-        if (bound->access == NRD_ACCESS_BUFFER) continue;
+        if (bound->access >= NRD_ACCESS_BUFFER) continue;
         nrd_format format = bound->resource == NRD_RESOURCE_INTERNAL ? info->textures[bound->texture].format : nrd_resource_format(bound->resource);
         if (declared->is_uint != nrd_format_is_uint(format)) fail_msg("%s: binding %u: integer or not differs from format %d", shader, b + 1, format);
         if (bound->access != NRD_ACCESS_WRITE) continue;

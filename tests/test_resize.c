@@ -214,7 +214,7 @@ static void assert_reads_former(const nrd_info *info, run r, bool first)
     for (uint32_t d = 0; d < r.count; d++) {
         for (uint32_t i = 0; i < r.dispatches[d].binding_count; i++) {
             const nrd_binding *b = &r.dispatches[d].bindings[i];
-            bool history = b->resource == NRD_RESOURCE_INTERNAL && info->textures[b->texture].permanent && !written[b->texture] && b->access < NRD_ACCESS_WRITE;
+            bool history = b->resource == NRD_RESOURCE_INTERNAL && info->textures[b->texture].permanent && !written[b->texture] && (b->access == NRD_ACCESS_READ || b->access == NRD_ACCESS_READ_LINEAR);
             assert_int_equal(b->before_resize, first && history);
             former += b->before_resize;
             reads += history;

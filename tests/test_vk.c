@@ -813,11 +813,13 @@ static bool same_image(const nrd_binding *a, const nrd_binding *b)
     return a->resource == b->resource && (a->resource != NRD_RESOURCE_INTERNAL || a->texture == b->texture);
 }
 
+static bool is_written(const nrd_binding *b) { return b->access == NRD_ACCESS_WRITE || b->access == NRD_ACCESS_BUFFER; }
+
 static bool conflict(const nrd_dispatch *a, const nrd_dispatch *b)
 {
     for (uint32_t i = 0; i < a->binding_count; i++)
         for (uint32_t j = 0; j < b->binding_count; j++)
-            if (same_image(&a->bindings[i], &b->bindings[j]) && (a->bindings[i].access >= NRD_ACCESS_WRITE || b->bindings[j].access >= NRD_ACCESS_WRITE)) return true;
+            if (same_image(&a->bindings[i], &b->bindings[j]) && (is_written(&a->bindings[i]) || is_written(&b->bindings[j]))) return true;
     return false;
 }
 

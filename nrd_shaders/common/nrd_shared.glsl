@@ -85,7 +85,8 @@
     X(vec4, px_uv)                  /* what a pixel is of them */ \
     X(vec4, jitter_uv)              /* xy: current, zw: previous */ \
     X(vec4, texel_uv)               /* what a texel is of the instance's textures, zw: of those of the previous frame */ \
-    X(vec4, tile_uv)                /* the same of textures of tiles */
+    X(vec4, tile_uv)                /* the same of textures of tiles */ \
+    X(vec4, tile_last)              /* the middle of the last tile of the rectangle, in tiles, zw: of the previous one's */
 
 /* Where in nrd_constants.materials */
 #define NRD_MATERIAL_LEAST_DIFFUSE    0

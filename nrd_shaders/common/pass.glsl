@@ -54,11 +54,11 @@ ivec2 rect_origin() { return ivec2(g.rect_origin_x, g.rect_origin_y); }
 bool in_rect(ivec2 p) { return all(greaterThanEqual(p, ivec2(0))) && all(lessThan(p, rect_size())); }
 vec2 pixel_uv(ivec2 p) { return (vec2(p) + 0.5) * g.px_uv.xy; }
 
-/* The state of the tiles around a position in pixels, interpolated; never beyond the tiles of the rectangle. tile_uv: of the frame that wrote it. */
-vec4 sample_tiles(sampler2D tiles, vec2 position_px, ivec2 rect, vec2 tile_uv)
+/* The state of the tiles around a position in pixels, interpolated; never beyond the tiles of the rectangle. tile_last, tile_uv: of the frame that
+   wrote it. */
+vec4 sample_tiles(sampler2D tiles, vec2 position_px, vec2 tile_last, vec2 tile_uv)
 {
-    vec2 last = vec2((rect + 7) / 8) - 0.5;
-    return textureLod(tiles, clamp(position_px / 8.0, vec2(0.5), last) * tile_uv, 0.0);
+    return textureLod(tiles, clamp(position_px / 8.0, vec2(0.5), tile_last) * tile_uv, 0.0);
 }
 
 /* NaN counts as sky. */

@@ -7,6 +7,9 @@
 #define TILES_GLSL
 
 layout(binding = TILES) uniform usampler2D in_tiles;
+#ifndef EXACT_TILES
+layout(std140, binding = TILES + 1) uniform groups_block { uint x, y; } groups;   /* as list.glsl left them */
+#endif
 
 ivec2 tile;        /* of 8 x 8 pixels */
 uint tile_marks;   /* as listed; without EXACT_TILES: none */
@@ -16,10 +19,11 @@ void process(ivec2 pixel);
 
 ivec2 tile_pixel() { return tile * 8 + ivec2(gl_LocalInvocationID.xy); }
 
-/* With as many rows of groups as of tiles, each group has its own. The first passes look for that: they need so many registers that few threads
-   are there to hide the time of a fetch (on an H200 accumulation and blur took 3 % longer with it); in the later ones the fetch costs less than
-   the look. */
-bool has_own_tile() { return SPEC_ITERATION == 0u && gl_NumWorkGroups.y + opaque_zero() >= (g.rect_height + 7u) >> 3; }
+#ifndef EXACT_TILES
+/* Where as many rows of groups are listed as there are of tiles, each group has its own. Looking for that in a uniform buffer takes nothing that could
+   be measured; in gl_NumWorkGroups as long as a fetch, which makes filter steps wait 3 to 6 %. */
+bool has_own_tile() { return groups.y + opaque_zero() >= (g.rect_height + 7u) >> 3; }
+#endif
 
 /* Of the group; false: nothing was ever listed there. */
 bool find_tile()

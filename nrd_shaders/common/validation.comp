@@ -98,7 +98,7 @@ float history_frames_of(Surface s, int signal)
     uvec2 state = texelFetch(in_state, s.pixel, 0).xy;
     uint more = texelFetch(in_more, s.pixel, 0).x;
     if (has_shadow()) return min(unpack_age(history_age_code(state)), g.max_accumulated_frames);
-    if (has_radiance()) return guide_frames(state, signal);
+    if (has_radiance()) return unpack_frames(has_specular() ? state.x >> (16 + 8 * signal) : state.y);
     if (is_specular_alone() || signal == 1) return field(state.y, 8, 6);
     return has_both() ? field(state.y, 26, 6) : field(more, 4, 6);
 }

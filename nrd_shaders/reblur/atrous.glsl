@@ -70,7 +70,7 @@ bool is_turned(ivec2 pixel, vec4 color[SIGNALS])
 void add_neighbour(Center c, Neighbour n, float kernel_weight, inout AtrousSums sums[SIGNALS])
 {
     uvec2 guide = texelFetch(in_guide, n.pixel, 0).xy;
-    float w = plane_weight(c, n, guide.x) * kernel_weight, bend = normal_bend(c, guide), normal_scale = -LOG2_E * g.normal_sensitivity;
+    float w = plane_weight(c, n, guide) * kernel_weight, bend = guide_bend(guide_point(guide), c.normal), normal_scale = -LOG2_E * g.normal_sensitivity;
     UNROLL for (int s = 0; s < SIGNALS; s++) IF_HEARD(s) {
         vec4 tap = load_color(s, n.pixel);
         add_tap(sums[s], tap, w * lobe_factor(c, s, guide), lobe_exponent(c, s, normal_scale, bend, n.squared));

@@ -64,7 +64,7 @@ void store_light_history(int s, ivec2 p, vec4 v) { OF_SIGNAL(s, imageStore(out_d
 #endif
 
 vec4 load_color(int s, ivec2 p) { OF_SIGNAL(s, return texelFetch(in_diff, p, 0), return texelFetch(in_spec, p, 0)) }
-vec4 load_change(int s, vec2 px) { OF_SIGNAL(s, return sample_tiles(in_diff_tile, px, rect_size(), g.tile_uv.xy), return sample_tiles(in_spec_tile, px, rect_size(), g.tile_uv.xy)) }
+vec4 load_change(int s, vec2 px) { OF_SIGNAL(s, return sample_tiles(in_diff_tile, px, g.tile_last.xy, g.tile_uv.xy), return sample_tiles(in_spec_tile, px, g.tile_last.xy, g.tile_uv.xy)) }
 void store_history(int s, ivec2 p, vec4 v) { OF_SIGNAL(s, imageStore(out_diff_history, p, v), imageStore(out_spec_history, p, v)) }
 void store_color(int s, ivec2 p, uvec2 v) { OF_SIGNAL(s, imageStore(out_diff, p, uvec4(v, 0u, 0u)), imageStore(out_spec, p, uvec4(v, 0u, 0u))) }
 
@@ -195,7 +195,7 @@ void blur(ivec2 pixel, uvec2 guide)
         uvec2 guide_tap = s_guide[cell];
         Neighbour n = find_neighbour(c, grid);
         n.inside = !is_outside(guide_tap);
-        float geometry = plane_weight(c, n, guide_tap.x) * kernel(grid), bend = normal_bend(c, guide_tap);
+        float geometry = plane_weight(c, n, guide_tap) * kernel(grid), bend = guide_bend(guide_point(guide_tap), c.normal);
         UNROLL for (int s = 0; s < SIGNALS; s++) IF_WORTH_IT(s) {
             vec4 tap = cell_color(s, cell);
             if (limited) tap = cut(tap, ceiling[s]);

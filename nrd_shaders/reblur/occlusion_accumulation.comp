@@ -159,11 +159,9 @@ void load_quads()
         vec4 usable;
         for (int k = 0; k < 4; k++) usable[k] = in_rect(ivec2(x[k], y[k])) && !is_sky(z[k]) ? 1.0 : 0.0;
         float number = sum_of(usable);
-        if (number > 0.0) {
-            int k = usable[0] > 0.0 ? 0 : usable[1] > 0.0 ? 1 : usable[2] > 0.0 ? 2 : 3;
-            nrd_surface surface = decode_surface(ivec2(x[k], y[k]));
-            s_surface[i] = vec4(surface.normal, uintBitsToFloat(kind_of(surface)));
-        }
+        int first = usable[0] > 0.0 ? 0 : usable[1] > 0.0 ? 1 : usable[2] > 0.0 ? 2 : 3;
+        nrd_surface surface = decode_surface(clamp(ivec2(x[first], y[first]), ivec2(0), rect_size() - 1));
+        s_surface[i] = vec4(surface.normal, uintBitsToFloat(kind_of(surface)));   /* of anything where nothing counts */
         float mean_z = number > 0.0 ? sum_of(mix(vec4(0.0), abs(z), greaterThan(usable, vec4(0.0)))) / number : 0.0;
 #ifdef DIFFUSE
         vec4 diffuse = vec4(0.0);
@@ -437,25 +435,23 @@ float px_per_unit(vec3 position, vec3 normal)
 
 void process(ivec2 pixel)
 {
-    load_quads();
-    float signed_z = 0.0;
+    ivec2 inside = min(pixel, rect_size() - 1);   /* what everything waits for is loaded before the first branch */
+    float signed_z = texelFetch(in_view_z, inside + rect_origin(), 0).x * g.view_z_scale;
+    nrd_surface surface = decode_surface(inside);
     vec2 noisy = vec2(0.0);
-    if (in_rect(pixel)) signed_z = texelFetch(in_view_z, pixel + rect_origin(), 0).x * g.view_z_scale;
+#ifdef DIFFUSE
+    noisy.x = nrd_sanitize_norm_hit_dist(load_diffuse(inside));
+#endif
+#ifdef SPECULAR
+    noisy.y = nrd_sanitize_norm_hit_dist(load_specular(inside));
+#endif
+    load_quads();
     bool visible = in_rect(pixel) && !is_sky(signed_z);
+    noisy = mix(vec2(0.0), noisy, bvec2(visible));
     float z = max(abs(signed_z), 1e-10 * g.denoising_range);   /* what is stored ends above that */
     signed_z = signed_z < 0.0 ? -z : z;
     History h = no_history();
-    nrd_surface surface;
-    if (visible) {
-#ifdef DIFFUSE
-        noisy.x = nrd_sanitize_norm_hit_dist(load_diffuse(pixel));
-#endif
-#ifdef SPECULAR
-        noisy.y = nrd_sanitize_norm_hit_dist(load_specular(pixel));
-#endif
-        surface = decode_surface(pixel);
-        h = find_history(pixel, signed_z, surface, noisy.y);
-    }
+    if (visible) h = find_history(pixel, signed_z, surface, noisy.y);
     sum_changes(change_of(h.diffuse, noisy.x), change_of(h.specular, noisy.y));
     if (!visible) {
         if (in_rect(pixel)) imageStore(out_tap, pixel, uvec4(TAP_SKY, 0u, 0u, 0u));

@@ -10,9 +10,8 @@ const float LOG2_E = 1.442695;
 struct Center {
     ivec2 pixel;
     Plane plane;        /* distance 1 is the tolerance; in steps */
-    vec2 normal;        /* stereographic */
-    float bend_scale;   /* of normal_bend() */
-    uint code;          /* of the guide */
+    vec2 normal;        /* guide_point() */
+    uint material;      /* guide_material_word() */
 #ifdef SPECULAR
     float roughness_point, roughness_scale;
     float lobe_scale;       /* exponent per 1 - cos of the angle to a neighbour's normal */
@@ -27,21 +26,8 @@ struct Neighbour {
     bool inside;        /* the rectangle */
 };
 
-#ifdef SPECULAR
-vec2 guide_tap_point(uvec2 guide) { return guide_fine_point(guide); }
-#else
-vec2 guide_tap_point(uvec2 guide) { return guide_point(guide.x); }
-#endif
-
 /* Of unit length, in the view space of the guide's frame. */
-vec3 guide_tap_normal(uvec2 guide) { return guide_normal(guide_tap_point(guide)); }
-
-/* 1 - cos of the angle between the normals: guide_bend(). */
-float normal_bend(Center c, uvec2 guide)
-{
-    vec2 point = guide_tap_point(guide), way = point - c.normal;
-    return c.bend_scale * dot(way, way) / (1.0 + dot(point, point));
-}
+vec3 guide_tap_normal(uvec2 guide) { return guide_normal(guide_point(guide)); }
 
 #ifdef SPECULAR
 /* Neighbours within the lobe see the same reflection: a blur as wide as the lobe's footprint loses nothing, and mirrors get none. */
@@ -70,9 +56,8 @@ Center make_center(ivec2 pixel, uvec2 guide, float slack, float tracked)
 {
     Center c;
     c.pixel = pixel;
-    c.normal = guide_tap_point(guide);
-    c.bend_scale = 2.0 / (1.0 + dot(c.normal, c.normal));
-    c.code = guide.x;
+    c.normal = guide_point(guide);
+    c.material = guide_material_word(guide);
     float z = guide_relative_depth(guide.x) * g.denoising_range;
 #ifdef SPECULAR
     c.roughness_point = guide_roughness_point(guide);
@@ -99,10 +84,10 @@ Neighbour find_neighbour(Center c, ivec2 grid)
 }
 
 /* Weight without the normals: 0 for sky, another material, off the plane, outside the rectangle. */
-float plane_weight(Center c, Neighbour n, uint code)
+float plane_weight(Center c, Neighbour n, uvec2 guide)
 {
-    float distance = abs(guide_relative_depth(code) * (c.plane.along_z.x + n.slope.x) + (c.plane.across.x + n.slope.y));
-    bool usable = n.inside && !guide_is_sky(code) && guide_same_material(code, c.code);
+    float distance = abs(guide_relative_depth(guide.x) * (c.plane.along_z.x + n.slope.x) + (c.plane.across.x + n.slope.y));
+    bool usable = n.inside && !guide_is_sky(guide.x) && guide_same_material(guide_material_word(guide), c.material);
     return usable ? clamp(1.0 - distance, 0.0, 1.0) : 0.0;
 }
 
@@ -117,7 +102,7 @@ float lobe_exponent(Center c, int signal, float normal_scale, float bend, float 
 
 float lobe_factor(Center c, int signal, uvec2 guide)
 {
-    if (!same_material_for(signal == SPECULAR_SIGNAL ? NRD_MATERIAL_LEAST_SPECULAR : NRD_MATERIAL_LEAST_DIFFUSE, guide.x >> 30, c.code >> 30)) return 0.0;
+    if (!same_material_for(signal == SPECULAR_SIGNAL ? NRD_MATERIAL_LEAST_SPECULAR : NRD_MATERIAL_LEAST_DIFFUSE, guide_material_word(guide) >> 30, c.material >> 30)) return 0.0;
 #ifdef SPECULAR
     IF_SILENT(guide, signal) return 0.0;
     if (signal == SPECULAR_SIGNAL) return clamp(1.0 - abs(guide_roughness_point(guide) - c.roughness_point) * c.roughness_scale, 0.0, 1.0);

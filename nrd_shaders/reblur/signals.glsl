@@ -31,10 +31,8 @@ const int SPECULAR_SIGNAL = -1;
 #define TRACKED(pixel) 0.0
 #endif
 
-/* The second word of the guide texel.
-   Diffuse alone: bits 0-7 history length, 8-31 the track.
-   With specular: bits 0-7 and 8-15 history lengths (diffuse first), 16-23 roughness, 24-31 fine bits of the normal; the tracks are in
-   a texture of their own, one word a signal.
+/* History lengths and tracks. Diffuse alone: in the guide (common/guide.glsl). With specular the tracks are in a texture of their own, one word a
+   signal, and the lengths in the guide's first word.
    A track: bits 8-15 hit distance, 16-31 stabilised luma of the previous frame, reprojected. */
 struct Track {
     float hit_dist;    /* diffuse: normalised; specular: hit distance / (hit distance + distance to the camera) */
@@ -52,13 +50,18 @@ Track unpack_track(uint t) { return Track(float((t >> 8) & 255u) / 255.0, unpack
 
 /* History lengths in quarter frames, [0, 63.75]. */
 uint pack_frames(float frames) { return uint(clamp(frames, 0.0, 63.75) * 4.0 + 0.5); }
-float guide_frames(uvec2 guide, int signal) { return float((guide.y >> (8 * signal)) & 255u) * 0.25; }
+float unpack_frames(uint code) { return float(code & 255u) * 0.25; }
+#ifdef SPECULAR
+float guide_frames(uvec2 guide, int signal) { return unpack_frames(guide.x >> (16 + 8 * signal)); }
+#else
+float guide_frames(uvec2 guide, int signal) { return unpack_frames(guide.y); }
+#endif
 
 /* Surfaces that are too rough for a specular signal have none of its frames; where there is no other signal, they are marked as sky. What is not to
    happen for that signal follows IF_HEARD. IF_WORTH_IT is for what would do no harm: with SH, whose passes are large, such branches cost a
    twentieth of the time even where the compiler can tell that they are never taken. */
 #if defined(DIFFUSE) && defined(SPECULAR)
-bool is_silent(uvec2 guide) { return HAS_ROUGHNESS_LIMIT && (guide.y & 0xff00u) == 0u; }
+bool is_silent(uvec2 guide) { return HAS_ROUGHNESS_LIMIT && guide.x < 0x1000000u; }
 bool silent;               /* of this invocation's pixel */
 #define IF_HEARD(s) if (s != SPECULAR_SIGNAL || !silent)
 #define IF_SILENT(guide, s) if (s == SPECULAR_SIGNAL && is_silent(guide))   /* of any pixel */
@@ -76,7 +79,7 @@ bool is_silent(uvec2 guide) { return false; }
 #endif
 
 /* Roughness times 255 / 256, and 1. */
-float guide_roughness_point(uvec2 guide) { return uintBitsToFloat(((guide.y & 0xff0000u) >> 1) | 0x3f800000u); }
+float guide_roughness_point(uvec2 guide) { return uintBitsToFloat(((guide.y >> 7) & 0x7f8000u) | 0x3f800000u); }
 float guide_roughness(uvec2 guide) { return guide_roughness_point(guide) * (256.0 / 255.0) - 256.0 / 255.0; }
 
 float distance_to_camera(vec2 uv, float z) { return mix(length(view_position(uv, z, g.frustum, g.orthographic)), z, g.orthographic); }

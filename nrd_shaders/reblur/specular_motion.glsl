@@ -9,9 +9,10 @@
 #ifndef SPECULAR_MOTION_GLSL
 #define SPECULAR_MOTION_GLSL
 
-const int SIDE = 10;                /* of a group with one pixel around it */
-shared vec4 s_surface[SIDE * SIDE]; /* world normal, view depth; depth 0: nothing there */
-shared float s_tracked[SIDE * SIDE]; /* q of the noisy sample, -1: not sampled */
+#include "../common/ring.glsl"
+
+shared vec4 s_surface[RING_SIDE * RING_SIDE]; /* world normal, view depth; depth 0: nothing there */
+shared float s_tracked[RING_SIDE * RING_SIDE]; /* q of the noisy sample, -1: not sampled */
 shared uint s_glossy;
 
 /* Footprints over which a history may be smeared in all. 0.25 to 2 tried, and lengths that fall with the square of the shift: those let a
@@ -39,42 +40,38 @@ struct VirtualMotion {
     float bow;           /* units by which the surface leaves its tangent plane on the way */
 };
 
-void load_cell(int cell)
+/* Without a branch: those before loads take a tenth of the pass's time. place: of the cell; what is seen there, or nearest to it in the rectangle. */
+void fill_cell(ivec2 place, Seen seen)
 {
-    ivec2 pixel = tile * 8 - 1 + ivec2(cell % SIDE, cell / SIDE);
-    s_surface[cell] = vec4(0.0);
-    s_tracked[cell] = -1.0;
-    if (!in_rect(pixel)) return;
-    float signed_z = texelFetch(in_view_z, pixel + rect_origin(), 0).x * g.view_z_scale, z = abs(signed_z);
-    if (is_sky(signed_z)) return;
-    nrd_surface surface = nrd_decode_normal_roughness(texelFetch(in_normal_roughness, pixel + rect_origin(), 0), SPEC_NORMAL_FORMAT, SPEC_ROUGHNESS_FORMAT);
-    s_surface[cell] = vec4(surface.normal, z);
-    float norm_hit_dist = 0.0;
+    ivec2 at = tile * 8 - 1 + place, pixel = clamp(at, ivec2(0), rect_size() - 1);
+    float z = abs(seen.signed_z), norm_hit_dist = 0.0;
     if (is_reconstructed()) norm_hit_dist = load_reconstructed(SPECULAR_SIGNAL, pixel);
     else if (is_traced(pixel, SPECULAR_LOBE)) norm_hit_dist = sanitize(texelFetch(in_spec_unblurred, noisy_texel(pixel, SPECULAR_LOBE), 0)).w;
-    float hit_dist = nrd_denormalize_hit_dist(norm_hit_dist, z, surface.roughness, g.hit_distance);
-    if (norm_hit_dist > 0.0) s_tracked[cell] = hit_dist / (hit_dist + distance_to_camera(ray_uv(pixel), z));
-    if (is_too_rough(surface.roughness)) s_tracked[cell] = -1.0;   /* afterwards: branches before loads take a tenth of the pass's time */
+    bool there = in_rect(at) && !is_sky(seen.signed_z), tracked = there && norm_hit_dist > 0.0 && !is_too_rough(seen.surface.roughness);
+    float hit_dist = nrd_denormalize_hit_dist(norm_hit_dist, z, seen.surface.roughness, g.hit_distance);
+    int cell = place.y * RING_SIDE + place.x;
+    vec3 normal = is_absent(NRD_ABSENT_MOTION | NRD_ABSENT_MIRRORS) ? vec3(0.0) : seen.surface.normal;   /* of measure_curvature() alone */
+    s_surface[cell] = mix(vec4(0.0), vec4(normal, z), bvec4(there));
+    s_tracked[cell] = mix(-1.0, hit_dist / (hit_dist + distance_to_camera(ray_uv(pixel), z)), tracked);
 }
 
 /* Lets all threads know whether any pixel of the tile has a specular signal. */
-bool has_glossy_pixel(ivec2 pixel)
+bool has_glossy_pixel(ivec2 pixel, Seen own)
 {
     if (!HAS_ROUGHNESS_LIMIT || SIGNALS == 1) return true;   /* else the tile is not listed */
     if (gl_LocalInvocationIndex == 0u) s_glossy = 0u;
     barrier();
-    if (in_rect(pixel)) {
-        vec4 texel = texelFetch(in_normal_roughness, pixel + rect_origin(), 0);
-        if (!is_too_rough(nrd_decode_normal_roughness(texel, SPEC_NORMAL_FORMAT, SPEC_ROUGHNESS_FORMAT).roughness)) s_glossy = 1u;
-    }
+    if (in_rect(pixel) && !is_too_rough(own.surface.roughness)) s_glossy = 1u;
     barrier();
     return s_glossy != 0u;
 }
 
-void load_neighbourhood(ivec2 pixel)
+/* own: of this thread's pixel. */
+void load_neighbourhood(ivec2 pixel, Seen own)
 {
-    if (!has_glossy_pixel(pixel)) return;
-    for (int cell = int(gl_LocalInvocationIndex); cell < SIDE * SIDE; cell += 64) load_cell(cell);
+    if (!has_glossy_pixel(pixel, own)) return;
+    fill_cell(own_place(), own);
+    if (has_ring_place()) fill_cell(ring_place(), look(clamp(tile * 8 - 1 + ring_place(), ivec2(0), rect_size() - 1)));
     barrier();
 }
 
@@ -107,7 +104,7 @@ void fit_curvature(inout Curvature c, CurvatureSums s)
     c.bump = max(rest, 0.0) / max(s.count, 1.0);
 }
 
-int own_cell() { return int(gl_LocalInvocationID.x) + 1 + SIDE * (int(gl_LocalInvocationID.y) + 1); }
+int own_cell() { return own_place().x + RING_SIDE * own_place().y; }
 
 Tracking track_hit_distance(ivec2 pixel, nrd_surface surface)
 {
@@ -120,7 +117,7 @@ Tracking track_hit_distance(ivec2 pixel, nrd_surface surface)
     UNROLL for (int i = 0; i < 9; i++) {
         if (i == 4) continue;
         ivec2 offset = ivec2(i % 3, i / 3) - 1;
-        int cell = own_cell() + offset.x + SIDE * offset.y;
+        int cell = own_cell() + offset.x + RING_SIDE * offset.y;
         float q = s_tracked[cell];   /* -1 where there is nothing */
         bool usable = q >= 0.0 && abs(plane_distance(plane, vec2(offset), s_surface[cell].w)) < 1.0;
         float candidate = usable ? q : 2.0;
@@ -145,7 +142,7 @@ Curvature measure_curvature(ivec2 pixel, vec3 normal)
     vec3 normal_vs = normal * mat3(g.view_to_world), tangent_vs = c.tangent * mat3(g.view_to_world), bitangent_vs = c.bitangent * mat3(g.view_to_world);
     UNROLL for (int i = 1; i < 9; i += 2) {
         ivec2 offset = ivec2(i % 3, i / 3) - 1;
-        vec4 tap = s_surface[own_cell() + offset.x + SIDE * offset.y];
+        vec4 tap = s_surface[own_cell() + offset.x + RING_SIDE * offset.y];
         vec3 move = view_position(ray_uv(pixel + offset), tap.w, g.frustum, g.orthographic) - position;
         float near = tap.w > 0.0 && abs(dot(normal_vs, move)) < tolerance ? 1.0 : 0.0;
         vec2 way = vec2(dot(tangent_vs, move), dot(bitangent_vs, move)), turn = vec2(dot(c.tangent, tap.xyz), dot(c.bitangent, tap.xyz));
@@ -184,14 +181,14 @@ vec3 newton_step(vec3 point, vec3 normal, vec3 target, Curvature c, mat2 turn, o
     return tangent * move.x + bitangent * move.y;
 }
 
-/* The mean is one of stereographic points: of unit length, and decoded once. */
+/* The mean is one of points of the guide's map: of unit length, and decoded once. */
 vec3 mean_normal(Footprint f, vec3 otherwise)
 {
     vec2 sum = vec2(0.0);
     float weight = 0.0;
     UNROLL for (int i = 0; i < 4; i++) {
         if (!(f.weights[i] > 0.0)) continue;
-        sum += f.weights[i] * guide_fine_point(uvec2(f.guides[i], f.seconds[i]));
+        sum += f.weights[i] * guide_point(footprint_guide(f, i));
         weight += f.weights[i];
     }
     return weight > 1e-3 ? guide_normal(sum / weight) * mat3(g.world_to_view_prev) : otherwise;
@@ -303,14 +300,14 @@ float remaining_step(Footprint f, VirtualMotion m, vec3 target, Curvature c)
 vec4 sounding(Footprint f)
 {
     vec4 w = vec4(1.0);
-    UNROLL for (int i = 0; i < 4; i++) w[i] = is_silent(uvec2(f.guides[i], f.seconds[i])) ? 0.0 : 1.0;
+    UNROLL for (int i = 0; i < 4; i++) w[i] = is_silent(footprint_guide(f, i)) ? 0.0 : 1.0;
     return w;
 }
 
 vec4 roughness_agreement(Footprint f, float roughness)
 {
     vec4 w;
-    UNROLL for (int i = 0; i < 4; i++) w[i] = clamp(1.5 - abs(guide_roughness(uvec2(f.guides[i], f.seconds[i])) - roughness) / (0.02 + 0.1 * roughness), 0.0, 1.0);
+    UNROLL for (int i = 0; i < 4; i++) w[i] = clamp(1.5 - abs(guide_roughness(footprint_guide(f, i)) - roughness) / (0.02 + 0.1 * roughness), 0.0, 1.0);
     return w;
 }
 
@@ -349,7 +346,7 @@ float mean_frames(Footprint f, int signal)
     float sum = 0.0, frames = 0.0;
     UNROLL for (int i = 0; i < 4; i++) {
         sum += f.weights[i];
-        frames += f.weights[i] * guide_frames(uvec2(0u, f.seconds[i]), signal);
+        frames += f.weights[i] * guide_frames(footprint_guide(f, i), signal);
     }
     return sum > 0.01 ? frames / sum * sqrt(min(sum, 1.0)) : 0.0;
 }
@@ -390,14 +387,14 @@ void follow_reflection(inout SpecularMatch match, vec3 target, vec2 uv, GivenMot
     match = SpecularMatch(moved, frames, m.normal, m.uv);
 }
 
-History find_specular_history(ivec2 pixel, float z, Reprojection r, Footprint f, nrd_surface surface, Tracking t, out vec2 uv_history)
+History find_specular_history(ivec2 pixel, float z, Reprojection r, Footprint f, nrd_surface surface, Tracking t, out vec2 uv_history, out vec2 change)
 {
     float alpha = max(surface.roughness * surface.roughness, 1e-4), footprint = lobe_footprint(alpha, t.q, z, pixel_uv(pixel));
     vec3 position = view_position(ray_uv(pixel), z, g.frustum, g.orthographic);
     f.weights *= roughness_agreement(f, surface.roughness) * material_agreement(f, surface.material_id, NRD_MATERIAL_LEAST_SPECULAR);
     SpecularMatch match = SpecularMatch(f, mean_frames(f, SPECULAR_SIGNAL), surface.normal, r.uv);
     vec3 normal_vs = surface.normal * mat3(g.view_to_world);
-    vec3 stored_normal = mat3(g.view_to_world) * guide_normal(guide_fine_point(uvec2(guide_pack(z, normal_vs, 0u), guide_pack_fine(normal_vs))));
+    vec3 stored_normal = mat3(g.view_to_world) * guide_normal(guide_point(guide_pack(z, normal_vs, 0.0, 0u)));
     vec3 normal_prev = mean_normal(f, stored_normal);
     float drift = DRIFT * max(footprint, LEAST_FOOTPRINT) / max(match.frames, 1.0), turned_px = 2.0 * length(normal_prev - stored_normal) * footprint / alpha;
     GivenMotion given = load_given_motion(pixel);
@@ -409,6 +406,7 @@ History find_specular_history(ivec2 pixel, float z, Reprojection r, Footprint f,
         follow_reflection(match, target, pixel_uv(pixel), given, r, measure_curvature(pixel, surface.normal), surface, t, normal_prev, footprint, drift);
     }
     uv_history = match.uv;
+    change = fetch_change(SPECULAR_SIGNAL, uv_history);
     History h = fetch_history(match.footprint, match.footprint.weights, SPECULAR_SIGNAL, match.normal);
     SH_ONLY(h.turns = match.normal == surface.normal;)
     h.frames = min(match.frames, bend_limit(h, max(alpha * alpha, NARROWEST_LOBE)));

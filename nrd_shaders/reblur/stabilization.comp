@@ -33,7 +33,7 @@ layout(binding = SECOND + 3, rgba16f) uniform writeonly image2D out_spec;
 #endif
 
 vec4 load_color(int s, ivec2 p) { OF_SIGNAL(s, return unpack_texel(texelFetch(in_diff, p, 0).xy), return unpack_texel(texelFetch(in_spec, p, 0).xy)) }
-vec4 load_change(int s, vec2 px) { OF_SIGNAL(s, return sample_tiles(in_diff_tile, px, rect_size(), g.tile_uv.xy), return sample_tiles(in_spec_tile, px, rect_size(), g.tile_uv.xy)) }
+vec4 load_change(int s, vec2 px) { OF_SIGNAL(s, return sample_tiles(in_diff_tile, px, g.tile_last.xy, g.tile_uv.xy), return sample_tiles(in_spec_tile, px, g.tile_last.xy, g.tile_uv.xy)) }
 void store_stabilized(int s, ivec2 p, vec4 v) { OF_SIGNAL(s, imageStore(out_diff_stabilized, p, v), imageStore(out_spec_stabilized, p, v)) }
 void store_color(int s, ivec2 p, vec4 v) { OF_SIGNAL(s, imageStore(out_diff, p, v), imageStore(out_spec, p, v)) }
 

@@ -90,7 +90,7 @@ vec3 load_specular_motion(ivec2 p) { return texelFetch(in_spec_motion, p, 0).xyz
 float load_reconstructed(int s, ivec2 p) { OF_SIGNAL(s, return texelFetch(in_diff_hit_dist, p, 0).x, return texelFetch(in_spec_hit_dist, p, 0).x) }
 vec4 load_noisy(int s, ivec2 p) { OF_SIGNAL(s, return texelFetch(in_diff, p, 0), return texelFetch(in_spec, p, 0)) }
 float load_confidence(int s, vec2 uv) { OF_SIGNAL(s, return textureLod(in_diff_confidence, uv, 0.0).x, return textureLod(in_spec_confidence, uv, 0.0).x) }
-vec2 load_change(int s, vec2 px, ivec2 rect) { OF_SIGNAL(s, return sample_tiles(prev_diff_tile, px, rect, g.tile_uv.zw).xw, return sample_tiles(prev_spec_tile, px, rect, g.tile_uv.zw).xw) }
+vec2 load_change(int s, vec2 px) { OF_SIGNAL(s, return sample_tiles(prev_diff_tile, px, g.tile_last.zw, g.tile_uv.zw).xw, return sample_tiles(prev_spec_tile, px, g.tile_last.zw, g.tile_uv.zw).xw) }
 void store_color(int s, ivec2 p, vec4 v) { OF_SIGNAL(s, imageStore(out_diff, p, v), imageStore(out_spec, p, v)) }
 void store_tile(int s, ivec2 p, uint v) { OF_SIGNAL(s, imageStore(out_diff_tile_raw, p, uvec4(v)), imageStore(out_spec_tile_raw, p, uvec4(v))) }
 
@@ -120,7 +120,25 @@ vec4 load_sample(int s, ivec2 pixel, float z)
     return w.x * sanitize(load_noisy(s, left)) + w.y * sanitize(load_noisy(s, right));
 }
 
+/* What the last frame found out about lighting there. Fetched before history is: what waits for one load waits for both. */
+vec2 fetch_change(int signal, vec2 uv_prev)
+{
+    return has_flag(NRD_FLAG_TILE_HISTORY) ? load_change(signal, uv_prev * g.rect_px.zw) : vec2(0.0);
+}
+
 bool is_reconstructed() { return (SPEC_FEATURES & NRD_FEATURE_HIT_DISTANCE_RECONSTRUCTION) != 0 && has_flag(NRD_FLAG_RECONSTRUCTION); }
+
+/* What the camera sees in a pixel. */
+struct Seen {
+    float signed_z;
+    nrd_surface surface;
+};
+
+Seen look(ivec2 pixel)
+{
+    float signed_z = texelFetch(in_view_z, pixel + rect_origin(), 0).x * g.view_z_scale;
+    return Seen(signed_z, nrd_decode_normal_roughness(texelFetch(in_normal_roughness, pixel + rect_origin(), 0), SPEC_NORMAL_FORMAT, SPEC_ROUGHNESS_FORMAT));
+}
 
 #include "reprojection.glsl"
 #ifdef SPECULAR
@@ -152,10 +170,8 @@ shared vec4 s_sums[SIGNALS][64];
 shared float s_squares[SIGNALS][8];
 
 /* Where lighting changed last frame, history was rescaled then and counts as short now; it cannot be rescaled where things moved near by. */
-float shorten(float frames, int signal, vec2 uv_prev)
+float shorten(float frames, int signal, vec2 uv_prev, vec2 change)
 {
-    ivec2 rect_prev = ivec2(g.rect_width_prev, g.rect_height_prev);
-    vec2 change = has_flag(NRD_FLAG_TILE_HISTORY) ? load_change(signal, uv_prev * vec2(rect_prev), rect_prev) : vec2(0.0);
     if ((SPEC_FEATURES & NRD_FEATURE_HISTORY_CONFIDENCE) != 0 && has_flag(NRD_FLAG_HISTORY_CONFIDENCE))
         frames *= clamp(load_confidence(signal, uv_prev), 0.0, 1.0);
     return mix(mix(frames, min(frames, CHANGED_FRAMES), change.x), min(frames, MOVED_FRAMES), change.y);
@@ -234,16 +250,19 @@ uint accumulate(ivec2 pixel, int signal, vec4 noisy, inout History h, uint rando
     return pack_track(Track(mix(h.hit_dist, noisy.w, alpha), stabilized), (float(random >> 16) + 0.5) / 256.0);
 }
 
-void denoise(ivec2 pixel)
+/* inside: the pixel, or the nearest one in the rectangle; own: what is seen there. What everything waits for is loaded before the first branch. */
+void denoise(ivec2 pixel, ivec2 inside, Seen own)
 {
-    float signed_z = in_rect(pixel) ? texelFetch(in_view_z, pixel + rect_origin(), 0).x * g.view_z_scale : 0.0, z = abs(signed_z);
+    float signed_z = own.signed_z, z = abs(signed_z);
+    nrd_surface surface = own.surface;
+    Reprojection r = reproject(inside, pixel_uv(inside), z, signed_z, surface.material_id);
+    Footprint f = fetch_footprint(r.uv);
     for (int s = 0; s < SIGNALS; s++) s_sums[s][gl_LocalInvocationIndex] = vec4(0.0);
     if (!in_rect(pixel)) return;
     if (is_sky(signed_z)) {
         imageStore(out_guide, pixel, uvec4(GUIDE_SKY, 0u, 0u, 0u));
         return;
     }
-    nrd_surface surface = nrd_decode_normal_roughness(texelFetch(in_normal_roughness, pixel + rect_origin(), 0), SPEC_NORMAL_FORMAT, SPEC_ROUGHNESS_FORMAT);
 #ifndef DIFFUSE
     if (is_too_rough(surface.roughness)) {
         imageStore(out_guide, pixel, uvec4(GUIDE_SKY, 0u, 0u, 0u));
@@ -251,44 +270,40 @@ void denoise(ivec2 pixel)
     }
 #endif
     uint random = hash(uint(pixel.x), uint(pixel.y), g.frame_index) >> 8;
-    Reprojection r = reproject(pixel, pixel_uv(pixel), z, signed_z, surface.material_id);
-    Footprint f = fetch_footprint(r.uv);
     if (is_reset()) f.weights = vec4(0.0);
     else weigh_surface(f, r.position, surface.normal, surface.material_id, r.tolerance);
     vec3 normal_vs = surface.normal * mat3(g.view_to_world);
-    uvec2 guide = uvec2(guide_pack(z, normal_vs, surface.material_id), 0u);
-#ifdef SPECULAR
-    guide.y = guide_pack_fine(normal_vs);
-#endif
+    uvec2 guide = guide_pack(z, normal_vs, surface.roughness, surface.material_id);
 #ifdef DIFFUSE
+    vec2 diffuse_change = fetch_change(0, r.uv);
     History diffuse = fetch_history(f, f.weights * material_agreement(f, surface.material_id, NRD_MATERIAL_LEAST_DIFFUSE), 0, surface.normal);
     SH_ONLY(if (diffuse.frames > 0.0) turn_history(diffuse, make_receiver(guide, pixel_uv(pixel), z, surface.roughness), 0);)
-    if (diffuse.frames > 0.0) diffuse.frames = min(min(shorten(diffuse.frames, 0, r.uv), bend_limit(diffuse, 1.0)), g.max_accumulated_frames);
+    if (diffuse.frames > 0.0) diffuse.frames = min(min(shorten(diffuse.frames, 0, r.uv, diffuse_change), bend_limit(diffuse, 1.0)), g.max_accumulated_frames);
     vec4 noisy_diffuse = load_sample(0, pixel, z);
     if (is_reconstructed()) noisy_diffuse.w = load_reconstructed(0, pixel);
     if (noisy_diffuse.w == 0.0) noisy_diffuse.w = diffuse.hit_dist;   /* not sampled: as it was .. */
     if (diffuse.hit_dist == 0.0) diffuse.hit_dist = noisy_diffuse.w;  /* .. and never before: as it is */
     uint track = accumulate(pixel, 0, noisy_diffuse, diffuse, random);
-    guide.y |= pack_frames(diffuse.frames);
-#ifndef SPECULAR
-    guide.y |= track;
+#ifdef SPECULAR
+    guide.x |= pack_frames(diffuse.frames) << 16;
+#else
+    guide.y |= pack_frames(diffuse.frames) | track;
 #endif
 #endif
 #ifdef SPECULAR
     uint spec_track = 0u;
-    guide.y |= uint(surface.roughness * 255.0 + 0.5) << 16;
     if (!is_too_rough(surface.roughness)) {
-        vec2 uv_history;
+        vec2 uv_history, change;
         Tracking tracking = track_hit_distance(pixel, surface);
         f.weights *= sounding(f);
         if (tracking.q < 0.0) tracking = recall_tracking(f);
-        History specular = find_specular_history(pixel, z, r, f, surface, tracking, uv_history);
+        History specular = find_specular_history(pixel, z, r, f, surface, tracking, uv_history, change);
         SH_ONLY(if (specular.frames > 0.0 && specular.turns) turn_history(specular, make_receiver(guide, pixel_uv(pixel), z, surface.roughness), SPECULAR_SIGNAL);)
-        if (specular.frames > 0.0) specular.frames = min(shorten(specular.frames, SPECULAR_SIGNAL, uv_history), responsive_limit(surface.roughness));
+        if (specular.frames > 0.0) specular.frames = min(shorten(specular.frames, SPECULAR_SIGNAL, uv_history, change), responsive_limit(surface.roughness));
         specular.hit_dist = tracking.q;   /* as measured: its average would follow a change of what is reflected too late */
         vec4 noisy = load_sample(SPECULAR_SIGNAL, pixel, z);
         spec_track = accumulate(pixel, SPECULAR_SIGNAL, vec4(noisy.xyz, tracking.q), specular, random);
-        guide.y |= pack_frames(specular.frames) << (8 * SPECULAR_SIGNAL);
+        guide.x |= pack_frames(specular.frames) << (16 + 8 * SPECULAR_SIGNAL);
     }
 #ifdef DIFFUSE
     imageStore(out_track, pixel, uvec4(track, spec_track, 0u, 0u));
@@ -342,9 +357,11 @@ void write_tiles()
 
 void process(ivec2 pixel)
 {
+    ivec2 inside = min(pixel, rect_size() - 1);
+    Seen own = look(inside);
 #ifdef SPECULAR
-    load_neighbourhood(pixel);
+    load_neighbourhood(pixel, own);
 #endif
-    denoise(pixel);
+    denoise(pixel, inside, own);
     if (!is_absent(NRD_ABSENT_LIGHTING_CHANGE)) write_tiles();
 }

@@ -176,7 +176,7 @@ History fetch_history(ivec2 pixel, vec3 normal_vs, float signed_z, float width_p
     History h = no_history();
     Reprojection r = find_previous(pixel, signed_z);
     if (!all(greaterThan(r.uv, vec2(0.0))) || !all(lessThan(r.uv, vec2(1.0)))) return h;
-    vec2 size_prev = vec2(g.rect_width_prev, g.rect_height_prev), at = r.uv * size_prev - 0.5, corner = floor(at), part = at - corner;
+    vec2 size_prev = g.rect_px.zw, at = r.uv * size_prev - 0.5, corner = floor(at), part = at - corner;
     vec2 meet = (corner + 1.0) * g.texel_uv.zw;   /* of the four texels */
     uvec4 words = textureGather(history, meet, 0).wzxy, colors = uvec4(0u);
 #ifdef TRANSLUCENCY

@@ -148,7 +148,7 @@ LightFrame make_light_frame(vec3 position_vs, vec3 normal_vs)
     vec3 ray = vec3(position_vs.xy / position_vs.z * (1.0 - g.orthographic), 1.0), l = to_light(position_vs, normal_vs);
     float facing = dot(normal_vs, ray), least = LEAST_FACING * length(ray);
     facing = abs(facing) < least ? (facing < 0.0 ? -least : least) : facing;
-    vec2 step = g.frustum.zw / vec2(rect_size()) * mix(position_vs.z, 1.0, g.orthographic);
+    vec2 step = g.frustum.zw / g.rect_px.xy * mix(position_vs.z, 1.0, g.orthographic);
     f.facing = facing;
     f.deeper = -step * normal_vs.xy / facing;
     vec3 x = vec3(step.x, 0.0, 0.0) + ray * f.deeper.x, y = vec3(0.0, step.y, 0.0) + ray * f.deeper.y;
