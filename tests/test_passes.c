@@ -70,6 +70,14 @@ static hit two_materials(const pose *p, double u, double v, uint32_t frame)
 /* A wall with a strip of sky above. */
 static hit wall_and_sky(const pose *p, double u, double v, uint32_t frame) { return v < 0.3 ? sky_hit() : tilted_wall(p, u, v, frame); }
 
+/* Thin geometry: no pixel has a neighbour on its plane, most have some at about their depth. */
+static hit blades(const pose *p, double u, double v, uint32_t frame)
+{
+    uint32_t x = (uint32_t)(u * WIDTH), y = (uint32_t)(v * HEIGHT);
+    (void)frame;
+    return plane_hit(p, u, v, 0, 0, 5 * (1 + 0.06 * (x % 3 * 3 + y % 3)), 0, 0, -1);
+}
+
 /* From this frame on there is something else, far behind. */
 enum { JUMP = 12 };
 static hit jump(const pose *p, double u, double v, uint32_t frame) { return plane_hit(p, u, v, 0, 0, frame < JUMP ? 5 : 20, 0, 0, -1); }
@@ -256,6 +264,25 @@ static void sparse_noise_keeps_its_mean(void **state)
 {
     (void)state;
     assert_mean_is_kept(sparse_noise, nrd_reblur_defaults().history_fix_frames);
+}
+
+static double deviation_of_first_frame(scene *what)
+{
+    double squares = 0;
+    rig r;
+    rig_open(&r, &device, RIG_DENOISER, WIDTH, HEIGHT, what);
+    run_noisy(&r, 1);
+    for (uint32_t i = 0; i < WIDTH * HEIGHT; i++) squares += pow(half_to_float(r.out[4 * i]) - 1, 2) / (WIDTH * HEIGHT);
+    rig_close(&r);
+    return sqrt(squares);
+}
+
+/* The noise has 0.577. */
+static void pixels_without_history_and_neighbours_on_their_plane_are_denoised(void **state)
+{
+    (void)state;
+    assert_below(deviation_of_first_frame(blades), 0.35, "deviation on thin geometry");
+    assert_below(deviation_of_first_frame(facing_wall), 0.1, "deviation on a wall");
 }
 
 /* ---------------------------------------------------------------------------------------------------------------------------
@@ -806,6 +833,7 @@ int main(void)
         cmocka_unit_test(uniform_noise_keeps_its_mean),
         cmocka_unit_test(uniform_noise_keeps_its_mean_without_history_fix),
         cmocka_unit_test(sparse_noise_keeps_its_mean),
+        cmocka_unit_test(pixels_without_history_and_neighbours_on_their_plane_are_denoised),
         cmocka_unit_test(nothing_leaks_across_an_edge_in_depth),
         cmocka_unit_test(nothing_leaks_across_an_edge_between_materials),
         cmocka_unit_test(nothing_leaks_across_a_right_angle_without_history_fix),

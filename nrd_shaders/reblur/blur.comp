@@ -167,6 +167,36 @@ float firefly_ceiling(int signal, float luma)
 
 vec4 cut(vec4 color, float ceiling) { return color * min(1.0, ceiling / max(color.x, 1e-12)); }
 
+/* Frames of history that a pixel and its neighbours have together below which it is alone. 1.5 to 8 tried: less leaves noise, more leaks light
+   onto thin things that have a little history. */
+const float ALONE = 2.0;
+
+/* What neighbours on other surfaces count for beside it (0.06 to 1 tried), of how many frames at most, and what of the angle to them counts: more
+   leaves thin reflections noisy, none lets highlights leak. */
+const float STRANGER = 0.25, STRANGER_FRAMES = 16.0, STRANGER_BEND = 0.03;
+
+/* Pixels of thin geometry that have neither a history nor neighbours on their plane would stay as noisy as their one sample is: they take what their
+   neighbours at about their depth (0.7 to 1.45 times it) see. Mirrors keep theirs, which have no noise: the lobe's footprint counts in full. */
+void take_strangers(inout Sums sums[SIGNALS], bool alone[SIGNALS], uvec2 guide, Center c, float ceiling[SIGNALS])
+{
+    float z = guide_relative_depth(guide.x), normal_scale = -LOG2_E * g.normal_sensitivity;
+    for (int i = 0; i < 9; i++) {
+        ivec2 grid = ivec2(i % 3, i / 3) - 1;
+        int cell = cell_at(grid);
+        uvec2 guide_tap = s_guide[cell];
+        if (i == 4 || is_outside(guide_tap) || !guide_same_material(guide_material_word(guide_tap), c.material)) continue;
+        float z_tap = guide_relative_depth(guide_tap.x), close = clamp(3.2 * min(z, z_tap) / max(z, z_tap) - 2.2, 0.0, 1.0), bend = STRANGER_BEND * guide_bend(guide_point(guide_tap), c.normal);
+        UNROLL for (int s = 0; s < SIGNALS; s++) {
+            float exponent = lobe_exponent(c, s, normal_scale, bend, float(abs(grid.x) + abs(grid.y)));
+            float weight = STRANGER * close * lobe_factor(c, s, guide_tap) * exp2(exponent), frames = clamp(guide_frames(guide_tap, s), 1.0, STRANGER_FRAMES);
+            if (!alone[s] || !(weight > 0.0)) continue;
+            vec4 tap = cut(cell_color(s, cell), ceiling[s]);
+            add(sums[s], tap, frames, weight);
+            SH_ONLY(add_light(sums[s].light, cell_light(s, cell), tap.x, guide_tap_normal(guide_tap), weight * frames);)
+        }
+    }
+}
+
 /* The first step, whose neighbours lie side by side: nrdi_step(). */
 void blur(ivec2 pixel, uvec2 guide)
 {
@@ -205,6 +235,9 @@ void blur(ivec2 pixel, uvec2 guide)
             SH_ONLY(if (weight > 0.0) add_light(sums[s].light, cell_light(s, cell), tap.x, guide_tap_normal(guide_tap), weight * frames_tap);)
         }
     }
+    bool alone[SIGNALS];
+    UNROLL for (int s = 0; s < SIGNALS; s++) alone[s] = is_filtering() && sums[s].weight < ALONE;
+    if (alone[0] || alone[SIGNALS - 1]) take_strangers(sums, alone, guide, c, ceiling);
     UNROLL for (int s = 0; s < SIGNALS; s++) IF_HEARD(s) store(pixel, s, color[s], sums[s], frames[s], change[s]);
     SH_ONLY(store_light(pixel, guide, color, sums, frames);)
 }
